@@ -1,4 +1,4 @@
-"""Several structures or starts estimated side by side over the cores, those that cannot win given up early."""
+"""Parallel maximum-likelihood fits of competing structures or starts, with early termination of the worse ones."""
 
 from __future__ import annotations
 
@@ -31,31 +31,31 @@ def fit_competing_structures(
     *,
     near: bool = True,
 ) -> list[Refinement]:
-    """Estimates from several starting points; those that cannot become the best are abandoned early.
+    """Estimates from several starting points; those that cannot become the best are terminated early.
 
     Parameters
     ----------
     starts : sequence of Start
-        The contestants: different structures on the same manoeuvres.
-    allowance : sequence of float
-        What each one's -2 ln L carries as a handicap in the comparison: the price of its numbers.
+        The competing structures or start values, on the same manoeuvres.
+    penalties : sequence of float
+        Penalty of each structure, added to its -2 ln L in the comparison.
     level : float, optional
-        -2 ln L with handicap that contestants are held against; without one, the least of theirs at the time.
+        Penalised -2 ln L that the fits are compared with; without one, the least of all fits at the time.
     margin : float
-        By how much more than that a contestant may have at the end and still be of interest.
+        Difference to that level within which a fit is still of interest.
     near : bool
-        Whether a start whose likelihood is known is near its end: it may be given up one step earlier.
+        Whether a start whose likelihood is known is near its maximum: it may be terminated one step earlier.
 
     Returns
     -------
     list of Refinement
-        In the order of `starts`; of those that were given up the state at that time, `converged` false.
+        In the order of `starts`; a terminated fit as it was at that time, `converged` false.
 
     Notes
     -----
-    All move one step in turn, dealt out to the cores. After two, or after one from a known likelihood, one is given up
-    where even several times the fall that its linearisation promises would leave it above. Against a given level none
-    hangs on the others, and each is followed to its end at once.
+    All fits make one step in turn, distributed over the cores. After two, or after one from a known likelihood, a fit
+    is terminated where even several times the decrease predicted by its linearisation would leave it above the level.
+    With a given level the fits are independent, and each is completed at once.
     """
     if level is not None and len(starts) > 1:
         pairs = list(zip(starts, penalties, strict=True))
@@ -89,13 +89,13 @@ def fit_competing_structures(
             if better is not None:
                 points[n], dampings[n] = better[0].point(starts[n].effects), better[2]
         active = [n for n in active if not converged[n]]
-        # One that began where another estimate's linearisation led is near its end after a single step.
+        # A fit that started at the maximum predicted by another's linearisation is near its own after a single step.
         compared = [n for n in active if turn > 0 or (near and starts[n].point is not None)]
         if not compared:
             continue
         reached = level
         if reached is None:
-            reached = min(point.cost + more for point, more in zip(points, penalties, strict=True))
+            reached = min(point.cost + penalty for point, penalty in zip(points, penalties, strict=True))
         for n in compared:
             predicted = COMPETING_FITS.most_of_promise * predicted_decrease(likelihoods[n], points[n])
             if points[n].cost + penalties[n] - predicted > reached + margin:
@@ -107,7 +107,7 @@ def fit_competing_structures(
 
 
 class EvaluatedStart(NamedTuple):
-    """A start with its likelihood, and the -2 ln L `promised` at the end of a full Gauss-Newton step from there."""
+    """A start with its likelihood, and the -2 ln L predicted at the end of a full Gauss-Newton step."""
 
     start: Start
     predicted_cost: float
@@ -116,9 +116,9 @@ class EvaluatedStart(NamedTuple):
 def evaluated_starts(
     starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: RefinementSettings
 ) -> list[EvaluatedStart]:
-    """Several starts with their likelihoods, dealt out to the cores.
+    """Several starts with their likelihoods, distributed over the cores.
 
-    One that runs away in open loop keeps none: its way into the data is found anew.
+    A start that diverges in open loop has none: its continuation from the data is repeated by the fit.
     """
 
     def first(start: Start) -> tuple[_TransferredPoint | None, float]:
@@ -135,7 +135,7 @@ def evaluated_starts(
 
 
 class _TransferredPoint(NamedTuple):
-    """A point as it goes from process to process: of its effects their numbers alone."""
+    """A point in a form to transfer between processes: of its effects, only their values."""
 
     bare: Point
     numbers: tuple[tuple[float, ...], ...]
@@ -145,12 +145,12 @@ class _TransferredPoint(NamedTuple):
         return cls(replace(point, effects=()), tuple(active.values for active in point.effects))
 
     def point(self, effects: Sequence[ActiveEffect]) -> Point:
-        """The point, its numbers those of the `effects` of its structure."""
+        """The point with the `effects` of its structure."""
         return replace(self.bare, effects=with_numbers(effects, self.numbers))
 
 
 class TransferredFit(NamedTuple):
-    """An estimate as it goes from process to process: of its effects, which hold functions, their numbers alone."""
+    """An estimate in a form to transfer between processes: of its effects, which hold functions, only their values."""
 
     values: NDArray[np.float64]
     numbers: tuple[tuple[float, ...], ...]
@@ -158,7 +158,7 @@ class TransferredFit(NamedTuple):
 
     @classmethod
     def of(cls, fit: Refinement) -> TransferredFit:
-        """What is to be sent of an estimate."""
+        """The transferred form of an estimate."""
         known = ("states", "variance", "cost", "information", "converged", "held_to_data")
         rest = {name: getattr(fit, name) for name in known}
         return cls(fit.model.values, tuple(active.values for active in fit.effects), rest)
@@ -166,7 +166,7 @@ class TransferredFit(NamedTuple):
     def refinement(
         self, model: AerodynamicModel, free: tuple[Entry, ...], effects: Sequence[ActiveEffect]
     ) -> Refinement:
-        """The estimate of the structure that it began with."""
+        """The estimate of the structure that its fit started with."""
         own = with_numbers(effects, self.numbers)
         return Refinement(model=model.with_values(self.values), free=free, effects=own, **self.rest)
 
@@ -177,7 +177,7 @@ def refine_from_effect_values(
     settings: RefinementSettings,
     initial: Sequence[tuple[ActiveEffect, ...]],
 ) -> list[Refinement]:
-    """As `refine_on` from each of several sets of effects, dealt out to the cores."""
+    """As `refine_on` from each of several sets of effects, distributed over the cores."""
 
     def refined(effects: tuple[ActiveEffect, ...]) -> TransferredFit:
         return TransferredFit.of(refine_on(at, manoeuvres, settings, effects))
@@ -187,5 +187,5 @@ def refine_from_effect_values(
 
 
 def predicted_decrease(likelihood: Likelihood, point: Point) -> float:
-    """Fall of -2 ln L, noise variances at their maximum, that a full Gauss-Newton step promises."""
+    """Decrease of -2 ln L, noise variances at their maximum, predicted for a full Gauss-Newton step."""
     return damped_step.predicted_decrease(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)

@@ -143,7 +143,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     progress("simulating every log")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
     # A regression tells its own shares: it knows where the sensors are and in which band the motion is.
-    shares = {(row.log, row.coefficient): row for row in completed.shares}
+    shares = {(row.log, row.coefficient): row for row in completed.r_squared}
     measured = {(row.log, row.coefficient) for row in coefficients}
     progress("leaving each effect out")
     effects = effect_rows(completed, {}, *_gains(known))

@@ -23,18 +23,18 @@ from aerosid.search.structure_search import StructureSearch
 
 @dataclass(frozen=True)
 class AcceptedStructure:
-    """What stands.
+    """The accepted structure with its estimate.
 
     Attributes
     ----------
-    searched : Searched
-        The search that it is of, disturbances and all.
+    searched : SearchResult
+        The search that selected it, with its disturbances.
     completed : Refinement
-        The estimate in open loop.
+        The open-loop estimate.
     uncertainty : Deviations
         Its standard deviations.
     refuted : tuple of Part
-        What other flights refuted.
+        The parts eliminated by cross-validation.
     """
 
     searched: SearchResult

@@ -25,12 +25,12 @@ from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import SuggestedTerm, suggested_terms
 
 USUAL = AttributionSettings()
-"""The settings of a loop unless told otherwise."""
+"""The default settings."""
 
 
 @dataclass(frozen=True)
 class Attribution:
-    """What is missing from the declared model.
+    """Result of a structure search: the effects missing from the declared model.
 
     Attributes
     ----------
@@ -43,26 +43,26 @@ class Attribution:
     findings : tuple of Finding
         Most certain first.
     alternatives : tuple of Finding
-        What could stand in place of a finding.
+        Indistinguishable from a finding in its place.
     rounds : tuple of tuple of Score
-        The score of every hypothesis in each round, before one of that round entered.
+        The scores of all candidates at the start of each round.
     refuted : tuple of (kind, where, term)
-        What the flights that were fitted showed and others refuted.
+        Found on the fitted flights and eliminated by cross-validation.
     filter_error : FilterError or None
-        The completed structure's terms among forces of any shape, where those say better what is left; then
-        `completed_deviations` are no smaller than theirs.
-    unproven : tuple of Unproven
-        Terms that stand out where something is left, and not far enough.
+        The filter-error estimate of the completed structure's terms with unmodelled forces, where those lower the
+        penalised cost; then `completed_deviations` are no smaller than its own.
+    suggested : tuple of SuggestedTerm
+        Near-significant terms, where the model is inadequate.
     confirmed : tuple of Confirmed
-        Those of them that flights which were not fitted show by themselves: they are among the findings.
-    fallen : tuple of Finding
-        What entered and whose final number does not stand: `final_significance`.
+        Those of them that an independent estimate on the validation flights confirms: they are among the findings.
+    eliminated : tuple of Finding
+        Findings that fail the Wald test of their final estimate: `final_significance`.
     regressed : bool
-        Whether the estimate is a regression's and no simulated flight's: what is held in it moves the other numbers by
-        their covariance, and no fit to a simulation comes after it.
-    again : callable or None
-        Of an estimate that keeps some numbers as they were measured: the same of a structure with fewer parts.
-    shares : tuple of CoefficientRow
+        Whether the estimate is from a regression (equation error) and not from a simulation: parameters fixed in it
+        change the others by their covariance, and no fit to a simulation follows.
+    re_estimator : callable or None
+        Where the estimate holds measured values fixed: the same estimator for a structure with fewer parts.
+    r_squared : tuple of CoefficientRow
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     """
 
@@ -78,11 +78,11 @@ class Attribution:
     confirmed: tuple[Confirmed, ...] = ()
     eliminated: tuple[Finding, ...] = ()
     regressed: bool = False
-    shares: tuple[CoefficientRow, ...] = ()
+    r_squared: tuple[CoefficientRow, ...] = ()
     re_estimator: Callable[[Refinement], Refinement] | None = None
 
     def re_estimated(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
-        """A structure with fewer free parts, by the estimator that the numbers are from."""
+        """The estimate of a structure with fewer parts, by the estimator that the values are from."""
         return refine_on(start, manoeuvres) if self.re_estimator is None else self.re_estimator(start)
 
     @property
@@ -102,7 +102,7 @@ def attribute(
     *,
     moving_air: bool = False,
 ) -> Attribution:
-    """What the declared model lacks, among `hypotheses`, flow separation and disturbances.
+    """Structure search for the declared model's missing effects: `hypotheses`, flow separation, disturbances.
 
     Parameters
     ----------
@@ -111,15 +111,15 @@ def attribute(
     manoeuvres : sequence of Manoeuvre
         The identification flights, one joint estimate.
     hypotheses : sequence of Hypothesis
-        What may enter.
+        The candidates.
     coefficients : sequence of str
-        Coefficients that may change without a term; none: no sudden change and no flow separation is tried.
+        Coefficients that may change without a term; none: no step change and no flow separation is tried.
     given : AerodynamicModel, optional
-        The declared structure with its declared values: where a search begins again if what is missing is gross.
+        The declared structure with its declared values: start of a restarted search where the residual is gross.
     validation : sequence of Manoeuvre
-        Flights that are not fitted; what predicts them worse is not named.
+        Flights that are not fitted; a part that makes their prediction worse is eliminated.
     moving_air : bool
-        Whether the instruments show gusts by kinematics alone: what is missing is then looked for beside them at first.
+        Whether the instruments show gusts by kinematics alone: the first search is then made in their presence.
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
     results = multi_start_search(search, before, validation, moving_air=moving_air)
@@ -131,16 +131,17 @@ def attribute(
     if confirmed:
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])
         uncertainty = deviations(completed, manoeuvres)
-        suggested = tuple(each for each in suggested if each not in [stands.suggested for stands in confirmed])
+        suggested = tuple(each for each in suggested if each not in [term.suggested for term in confirmed])
     with_forces = filter_error(completed, forces, accepted.searched.estimate.variance, manoeuvres) if forces else None
     uncertainty = widened(uncertainty, with_forces)
     findings = findings_with_p_values(search, completed, uncertainty)
     alternatives = accepted.searched.alternatives
     if forces is not None and settings.instruments_compared:
-        # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
+        # Those forces follow the open-loop residual of an alternative, and may so distinguish it where the motion alone
+        # does not.
         alternatives = (*alternatives, *alternatives_to_parts(search, completed))
     elif forces is not None:
-        completed, alternatives = replace_parts(search, completed, alike=True)
+        completed, alternatives = replace_parts(search, completed, exclusive=True)
         completed, uncertainty = eliminate_on_final_estimate(search, refine_on(completed, manoeuvres))
         uncertainty = widened(uncertainty, with_forces)
         findings = findings_with_p_values(search, completed, uncertainty)

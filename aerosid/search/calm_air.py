@@ -1,10 +1,11 @@
 """Output-error estimate, in calm air, of the structure that the kinematic and coefficient equations show.
 
-Regressions take what is measured for the motion itself and lose a little by it; where no gust moves the aircraft the
-simulated motion is the better regressor (Klein & Morelli, Aircraft System Identification, section 6.4: equation error
-for the structure, output error for the numbers). Scales and timings that kinematics measure keep those numbers, which
-no error of the aerodynamic model moves, and so do zeros that the simulated motion does not determine; where a sensor
-sits the forces know better than kinematics, which see distances alone. Each record has constants of its own.
+Regressions use the measured motion as regressors, whose noise biases the estimate a little; where no gust moves the
+aircraft the simulated motion is the better regressor (Klein & Morelli, Aircraft System Identification, section 6.4:
+equation error for the structure, output error for the parameters). Scale factors and time delays that kinematics
+measure keep those values, which no error of the aerodynamic model affects, and so do biases that the simulated motion
+does not determine; sensor positions are estimated better from the forces than from kinematics, which show distances
+alone. Each record has constants of its own.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ from aerosid.search.findings import Finding, Part
 from aerosid.search.structure_search import StructureSearch
 
 Measured = Mapping[ActiveEffect, NDArray[np.float64]]
-"""Effects whose numbers an estimate keeps, with the deviations (K,) of those numbers."""
+"""Effects whose values an estimate holds fixed, with the standard deviations (K,) of those values."""
 
 
 def output_error_in_calm_air(
     found: Attribution, decision: EquationErrorDecision, search: StructureSearch
 ) -> Attribution:
-    """The attribution with the numbers of a simulated flight in place of the regression's.
+    """The attribution with output-error estimates in place of the regression's.
 
     Raises
     ------
@@ -88,21 +89,21 @@ def output_error_in_calm_air(
 def without_eliminated(
     effects: Sequence[ActiveEffect], estimated: Sequence[ActiveEffect], eliminated: Part
 ) -> tuple[ActiveEffect, ...]:
-    """The effects that an estimate began from, without the one that became a part; its numbers and moment have moved.
+    """The effects that an estimate started from, without the eliminated one, whose values and instant have changed.
 
-    `estimated`: in the same order, constants of single records after them.
+    `estimated`: in the same order, followed by the constants of single records.
     """
     return tuple(active for active, moved in zip(effects, estimated, strict=False) if moved != eliminated.active)
 
 
 def _estimated_again(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
-    """The estimate of a structure that an earlier one gave, the constants of its records free again."""
+    """The estimate of a reduced structure, the constants of its records free again."""
     effects = [active for active in start.effects if active.effect.kind in KINDS]
     return _estimated(start, effects, measured, manoeuvres)[0]
 
 
 def _measured(decision: EquationErrorDecision) -> Measured:
-    """The numbers that kinematics measure, from the identification recordings alone."""
+    """The values that kinematics measure, from the identification records alone."""
     design = decision.measured.design
     deviation = np.sqrt(np.diag(corrected_covariance(design, decision.measured.solution)))
     return {
@@ -115,10 +116,10 @@ def _measured(decision: EquationErrorDecision) -> Measured:
 def _estimated(
     start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
 ) -> tuple[Refinement, Deviations]:
-    """The likeliest numbers beside those that were measured, constants of each record among them.
+    """Maximum-likelihood estimate with measured values held and constants of each record free.
 
-    The constants of single records, and what was measured, are no longer free in the result; its deviations hold those
-    of the measured ones.
+    In the result neither the constants of single records nor the measured values are free; its standard deviations
+    contain those of the measured values.
     """
     extended = _with_record_constants(start, effects, measured, manoeuvres)
     return _with_measured_values_held(extended, _transferable_fit(extended, manoeuvres), effects, measured, manoeuvres)
@@ -127,7 +128,7 @@ def _estimated(
 def _with_record_constants(
     start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
 ) -> Refinement:
-    """Where an estimate begins: what was measured held, the constants of each record but the first free."""
+    """Start of an estimate: measured values held, the constants of each record but the first free."""
     by_name = [
         ActiveEffect(record_constant(coefficient), (0.0,), manoeuvre.name)
         for manoeuvre in manoeuvres[1:]
@@ -139,7 +140,7 @@ def _with_record_constants(
 
 
 def _transferable_fit(extended: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[TransferredFit, Deviations]:
-    """The likeliest numbers with their deviations, as they go from core to core."""
+    """The maximum-likelihood estimate with its standard deviations, in a form to transfer between processes."""
     found = refine_on(extended, manoeuvres)
     return TransferredFit.of(found), deviations(found, manoeuvres)
 
@@ -151,7 +152,7 @@ def _with_measured_values_held(
     measured: Measured,
     manoeuvres: Sequence[Manoeuvre],
 ) -> tuple[Refinement, Deviations]:
-    """An estimate that began at `wider` with the constants of single records and what was measured held."""
+    """An estimate that started at `extended`, with the constants of single records and the measured values held."""
     transferred, uncertainty = fit
     found = transferred.refinement(extended.model, extended.free, extended.effects)
     effects_of_result: list[ActiveEffect] = []
@@ -180,7 +181,7 @@ def _with_measured_values_held(
 
 
 def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> Finding:
-    """A finding with the numbers of the part that it became."""
+    """A finding with the values of the part that it became."""
     return replace(
         row,
         value=part.value,

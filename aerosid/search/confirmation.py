@@ -1,4 +1,4 @@
-"""Confirmation on validation flights of terms that the fitted flights only suggest."""
+"""Confirmation of suggested terms by an independent estimate on validation flights."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import SuggestedTerm, reason
 
 VALIDATION_ESTIMATE = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
-"""Where the search among forces begins: a tenth of a deviation moves nothing."""
+"""Start of the fit with unmodelled forces: a tenth of a standard deviation is accurate enough."""
 
 
 USUAL = SuggestionSettings()
-"""The settings of a loop unless told otherwise."""
+"""The default settings."""
 
 BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
-"""Where a coefficient along the wind shows most in those that are measured."""
+"""The measured body-axis coefficient nearest to each wind-axis coefficient."""
 
 
 @dataclass(frozen=True)
 class Confirmed:
-    """A term that was suggested, and its number from flights that were not fitted, by themselves.
+    """A suggested term with its independent estimate from the validation flights.
 
     Attributes
     ----------
-    suggested : Unproven
-        What the fitted flights say of it.
+    suggested : SuggestedTerm
+        The estimate from the fitted flights.
     value, std_error : float
-        From the others alone, among forces of any shape.
+        From the validation flights alone, in the presence of unmodelled forces.
     p_value : float
-        Of the others' saying so by chance; counts how many terms they were asked about.
+        Of the validation estimate under the null hypothesis, times the number of terms tested (Bonferroni).
     """
 
     suggested: SuggestedTerm
@@ -63,14 +63,14 @@ class Confirmed:
 def confirmed_terms(
     search: StructureSearch, completed: Refinement, suggested: Sequence[SuggestedTerm], validation: Sequence[Manoeuvre]
 ) -> tuple[Confirmed, ...]:
-    """The suggested terms that other flights show too.
+    """The suggested terms that the validation flights confirm.
 
     Notes
     -----
-    Those flights are asked about few terms, not about all that may enter, so that fewer deviations leave no doubt.
-    A term stands where its number from them alone, every coefficient off by forces of any shape, has the sign that was
-    suggested and is that far from zero, and where the number of the fitted flights explains the coefficient that they
-    measured better than none. That is asked of the coefficient and not of the motion, which what else is missing moves.
+    Only the suggested terms are tested on these flights, not all candidates, so that the critical t-ratio is lower. A
+    term is confirmed where its estimate from them alone, with unmodelled forces in every coefficient, has the suggested
+    sign and exceeds the critical ratio, and where the value from the fitted flights explains more of the coefficient
+    measured on them than no term does. The coefficient is compared and not the motion, which other model errors affect.
     """
     if not validation:
         return ()
@@ -89,7 +89,7 @@ def confirmed_terms(
 
 
 def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequence[Entry]) -> Refinement:
-    """The estimate with some terms beside what it holds."""
+    """The estimate with some terms added."""
     return refine_on(completed.with_terms(entries), search.manoeuvres)
 
 
@@ -99,28 +99,30 @@ def note_on_confirmed(
     findings: Sequence[Finding] = (),
     settings: SuggestionSettings = USUAL,
 ) -> list[str]:
-    """A sentence for each, for the notes: the number that is named, and the other flights' own.
+    """One sentence per confirmed term, for the notes: the final value, and the validation flights' own estimate.
 
     Parameters
     ----------
     flights : sequence of str
-        Names of the flights that were asked.
+        Names of the validation flights.
     findings : sequence of Finding
-        What is named, with its final numbers.
+        The findings with their final values.
     settings : SuggestionSettings
-        From how many standard errors on two numbers are told to differ.
+        `apart`: standard errors from which the difference of the two values is reported.
     """
     final = {finding.entry: finding for finding in findings}
     sentences = []
     for each in confirmed:
-        named = final.get(each.entry, each.suggested.finding)
-        apart = abs(named.value - each.value) / float(np.hypot(named.std_error, each.std_error))
-        size = f" The two numbers are {number(apart)} standard errors apart." if apart > settings.apart else ""
+        finding = final.get(each.entry, each.suggested.finding)
+        difference = abs(finding.value - each.value) / float(np.hypot(finding.std_error, each.std_error))
+        comparison = (
+            f" The two values differ by {number(difference)} standard errors." if difference > settings.apart else ""
+        )
         sentences.append(
-            f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(named.value, named.std_error)} "
-            f"is not proven by what was fitted ({reason(each.suggested, named)}), but what was not "
-            f"({' and '.join(flights)}) shows it by itself too, with the same sign: "
-            f"{with_deviation(each.value, each.std_error)}. The errors there had a part in naming it.{size}"
+            f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(finding.value, finding.std_error)} "
+            f"is not significant on the fitted flights ({reason(each.suggested, finding)}), but the validation flights "
+            f"({' and '.join(flights)}) confirm it by an independent estimate of the same sign: "
+            f"{with_deviation(each.value, each.std_error)}. So they took part in the selection.{comparison}"
         )
     return sentences
 
@@ -132,7 +134,7 @@ def _estimate_on_validation(
     validation: Sequence[Manoeuvre],
     critical_ratio: float,
 ) -> tuple[float, float]:
-    """The term's number from other flights alone and its deviation; infinite where a first look is enough to refuse."""
+    """The term's validation estimate and its standard deviation; infinite where white residuals already reject it."""
     fuller = completed.with_terms([each.entry])
     own = refine(
         fuller.model,
@@ -145,7 +147,7 @@ def _estimate_on_validation(
     place = own.free.index(each.entry)
     value, white = own.model.value(each.entry), float(np.sqrt(own.covariance[place, place]))
     if np.sign(each.finding.value) * value < critical_ratio * white:
-        return 0.0, np.inf  # white residuals are the most that could be hoped for
+        return 0.0, np.inf  # coloured residuals can only increase the standard deviation
     other = StructureSearch(
         tuple(validation), search.hypotheses, search.step_coefficients, own, search.settings, search.declared_values
     )
@@ -157,7 +159,7 @@ def _estimate_on_validation(
 def _explains_validation_coefficient(
     search: StructureSearch, completed: Refinement, each: SuggestedTerm, validation: Sequence[Manoeuvre]
 ) -> bool:
-    """Whether the number of the fitted flights explains more of the coefficient that the others measured."""
+    """Whether the value from the fitted flights explains more of the coefficient measured on the validation flights."""
     fuller = with_confirmed(search, completed, [each.entry])
     coefficient = BODY_AXES.get(each.entry[0], each.entry[0])
     unexplained = []

@@ -1,4 +1,4 @@
-"""Refutation by validation flights: findings that predict them worse are struck out."""
+"""Cross-validation: backward elimination of parts that make the prediction of validation flights worse."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ VALIDATION_FIT = RefinementSettings(steps=20, step_tolerance=0.03, cost_toleranc
 def eliminate_by_cross_validation(
     completed: Refinement, search: StructureSearch, validation: Sequence[Manoeuvre]
 ) -> tuple[Refinement, tuple[Part, ...]]:
-    """The estimate without the parts that make the prediction of other flights worse, and those parts.
+    """The estimate without the parts that make the prediction of validation flights worse, and those parts.
 
     Parameters
     ----------
     completed : Refinement
-        What was found on the flights that were fitted.
+        The structure found on the fitted flights.
     validation : sequence of Manoeuvre
-        Flights that were not; none: nothing is struck out.
+        Flights that were not fitted; none: nothing is removed.
 
     Notes
     -----
-    Of all parts the one whose loss predicts the other flights best is struck out, the rest re-estimated on the flights
-    that were fitted, and so on until none is left. The way is gone as far as the prediction becomes better for certain.
+    The part whose removal gives the best prediction of the validation flights is removed and the others re-estimated on
+    the fitted flights, until none remains. The last structure with a significantly better prediction is returned.
     """
     if not validation:
         return completed, ()
@@ -55,14 +55,14 @@ def eliminate_by_cross_validation(
 
 
 def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
-    """Squared errors of the open-loop predictions in units of the noise; infinite where one runs away."""
+    """Sum of squared errors of the open-loop predictions in units of the noise; infinite where one diverges."""
     total = 0.0
     for manoeuvre in manoeuvres:
         rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
         for name, value in rms.items():
             i = manoeuvre.row(name)
             if manoeuvre.noise[i] == 0.0:
-                continue  # a reading that hangs between steps: its noise is not known
+                continue  # a quantised record that holds its last sample: its noise is not known
             if value is None:
                 return float("inf")
             count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())
@@ -71,7 +71,7 @@ def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
 
 
 def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
-    """Whether a structure cannot follow another flight even with numbers of that flight's own."""
+    """Whether a structure leaves a residual above noise on a flight although re-estimated on it."""
     try:
         own = refine(
             completed.model,

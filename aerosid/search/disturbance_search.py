@@ -1,4 +1,4 @@
-"""Structure search beside gusts or unmodelled forces."""
+"""Structure search in the presence of gusts or unmodelled forces."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from aerosid.search.structure_search import StructureSearch
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Where a search ended: the estimate, what could stand in place of its parts, the scores of each round.
+    """Result of a search: the estimate, the alternatives to its parts, the scores of each round.
 
-    `begun`: the disturbance alone, beside which it was made.
+    `disturbance_alone`: the estimate with the disturbance only, from which the search started.
     """
 
     estimate: Refinement
@@ -31,21 +31,20 @@ class SearchResult:
     disturbance_alone: Refinement | None = None
 
 
-def search_with_disturbances(
+def search_with_gust_or_forces(
     search: StructureSearch, start: Refinement, in_gusts: SearchResult | None = None
 ) -> SearchResult:
-    """The search against a background of disturbances: a gust, or forces of any shape.
+    """The search in the presence of a disturbance: a gust, or unmodelled forces.
 
-    Against it a term must bring more than what any force could: deviations and likelihoods then mean what they say
-    although the model is still wrong somewhere. A gust is named only where it explains more than forces of any
-    shape do, which follow whatever the model lacks and explain nothing. `gusty`: the search beside a gust, where
-    that is known.
+    A term must then gain more than a random force could, so that standard deviations and likelihoods are valid although
+    the model is still wrong somewhere. A gust is named only where it gains more than unmodelled forces, which follow
+    any model error and explain none. `in_gusts`: the search with a gust, where it was made already.
     """
     air = in_gusts.disturbance_alone if in_gusts is not None else None
     air = with_likeliest_gust(search, start) if air is None else air
     forced = with_unmodelled_forces(search, start) if search.step_coefficients else None
     margin = search.critical**2
-    # Both with nothing beside them yet: what was found beside one would win against the other alone.
+    # Both without further parts: those found with one of them would decide against the other.
     if forced is None or search.penalised_cost(forced) > search.penalised_cost(air) + margin:
         return search_with_disturbance(search, air) if in_gusts is None else in_gusts
     found = search_with_disturbance(search, forced)
@@ -58,9 +57,9 @@ def search_with_disturbances(
 
 
 def with_likeliest_gust(search: StructureSearch, start: Refinement) -> Refinement:
-    """The estimate with a gust beside it: of those that its axes can meet, the likeliest for its price.
+    """The estimate with the gust of least penalised cost among those along its axes.
 
-    Air that moves along two axes is asked where it shows along each.
+    A gust along two axes is tried where it is significant along each.
     """
     effects = gusts_of(start.model.axes)
     along_one = [_with_gust(search, start, effect) for effect in effects if len(effect.columns) == 1]
@@ -78,14 +77,14 @@ def with_likeliest_gust(search: StructureSearch, start: Refinement) -> Refinemen
 
 
 def _with_gust(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
-    """The estimate in air that moves in one way."""
+    """The estimate with one kind of gust."""
     room = search.with_step_columns(start)
     initial = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
     return with_disturbance(search, replace(room, model=with_columns_of(room.model, [initial])), effect)
 
 
 def with_unmodelled_forces(search: StructureSearch, start: Refinement) -> Refinement:
-    """The estimate with forces of any shape, in place of a gust that it may hold."""
+    """The estimate with unmodelled forces, in place of a gust that it may hold."""
     effects = tuple(active for active in start.effects if not isinstance(active.effect, NoiseEffect))
     return with_disturbance(
         search, search.with_step_columns(replace(start, effects=effects)), unmodelled_forces(search.step_coefficients)
@@ -93,7 +92,7 @@ def with_unmodelled_forces(search: StructureSearch, start: Refinement) -> Refine
 
 
 def is_gust_preferred(search: StructureSearch, current: Refinement) -> bool:
-    """Whether a gust explains more than forces of any shape do, which follow whatever the model lacks."""
+    """Whether a gust gains more than unmodelled forces, which follow any model error."""
     return (
         search.penalised_cost(current)
         < search.penalised_cost(with_unmodelled_forces(search, current)) - search.critical**2
@@ -101,14 +100,14 @@ def is_gust_preferred(search: StructureSearch, current: Refinement) -> bool:
 
 
 def search_with_disturbance(search: StructureSearch, start: Refinement, max_entries: int | None = None) -> SearchResult:
-    """The search beside a disturbance; `most`: how many may enter."""
+    """The search in the presence of a disturbance; `max_entries`: largest number of hypotheses that may enter."""
     current, rounds = forward_selection(search, eliminate_insignificant(search, start), max_entries)
     current, alternatives = replace_parts(search, current)
     return SearchResult(current, alternatives, tuple(rounds), start)
 
 
 def with_disturbance(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
-    """The estimate with a disturbance, from the most likely of its trial values."""
+    """The estimate with a disturbance, started from each of its trial values; the most likely one."""
     initial, rest = replace(start, variance=search.noise_variances(start)), [p.trials[0] for p in effect.parameters[1:]]
     starting_effects = [(*start.effects, ActiveEffect(effect, (first, *rest))) for first in effect.parameters[0].trials]
     trials = refine_from_effect_values(initial, search.manoeuvres, BACKGROUND, starting_effects)

@@ -1,7 +1,7 @@
-"""Attribution from the equation-error decision: its own estimate stands, and simulation is a prediction only.
+"""Attribution from the equation-error decision with its own estimate; the simulation is a prediction only.
 
-In air that moves an open-loop simulation follows no flight: its residuals are the air's, and derivatives fitted to them
-are off by several of their deviations.
+In turbulence an open-loop simulation does not follow the flight: its residuals are those of the air, and derivatives
+fitted to them are wrong by several standard deviations.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from aerosid.search.findings import Finding, named
 Array = NDArray[np.float64]
 
 STATES_ALONE = RefinementSettings(steps=20, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=0.1)
-"""With the derivatives held, initial states and noise are a short way."""
+"""With the derivatives held, the estimate of initial states and noise converges in few steps."""
 
 
 @dataclass(frozen=True)
 class _SimulatedEstimate:
-    """An estimate with its deviations, those of the effects by their place among the point's effects."""
+    """An estimate with its standard deviations, those of the effects in the order of the point's effects."""
 
     refinement: Refinement
     uncertainty: Deviations
@@ -52,7 +52,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     Parameters
     ----------
     decision : EquationErrorDecision
-        What the equations show.
+        The result of the equation-error method.
     manoeuvres : sequence of Manoeuvre
         The identification flights.
 
@@ -74,14 +74,14 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         (),
         decision.refuted,
         regressed=True,
-        shares=tuple(
+        r_squared=tuple(
             CoefficientRow(after.coefficient, after.recording, before.r2, after.r2) for before, after in decision.shares
         ),
     )
 
 
 def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
-    """The effects as the likelihood takes them: a sensor's place is given to it."""
+    """The effects as the likelihood takes them: sensor positions held."""
     return tuple(frozen(active) if isinstance(active.effect, PositionEffect) else active for active in effects)
 
 
@@ -99,16 +99,16 @@ def with_initial_states(
     manoeuvres: Sequence[Manoeuvre],
     acting: Sequence[ActiveEffect] | None = None,
 ) -> Refinement:
-    """A model of given numbers with the initial states and the noise that its simulation needs.
+    """A model of given parameter values with the initial states and the noise that its simulation needs.
 
     Parameters
     ----------
     free : sequence of Entry
-        Which of its terms are told as estimated.
+        Which of its terms are reported as estimated.
     effects : sequence of ActiveEffect
         As the likelihood takes them.
     acting : sequence of ActiveEffect, optional
-        Those that act while the states are found, where others.
+        Those that act while the states are estimated, where they differ.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def with_initial_states(
     at = likelihood.evaluate(model.values, fitted.states, tuple(effects), fitted.variance)
     if at is None:
         raise EstimationError(
-            "the model that the equations show cannot be simulated over the whole record; shorten it with --from and "
+            "the model found by equation error cannot be simulated over the whole record; shorten it with --from and "
             "--to."
         )
     return Refinement(
@@ -139,7 +139,7 @@ def with_initial_states(
 
 
 def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> Deviations:
-    """The regression's deviations of the free entries and of the effects' numbers."""
+    """The regression's standard deviations of the free entries and of the effects' parameters."""
     unknowns = found.design.unknowns
     rows = np.zeros((len(refinement.free), len(unknowns)))
     for n, entry in enumerate(refinement.free):
@@ -172,7 +172,7 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
 
 
 def _finding(row: EvidenceFinding, decision: EquationErrorDecision, simulated: _SimulatedEstimate) -> Finding:
-    """A finding with the numbers of the estimate that stands."""
+    """A finding with the values of the final estimate."""
     kind, where, term = row.hypothesis.label
     entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
     values: tuple[float, ...] = (row.value,)
@@ -209,12 +209,12 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, simulated: _
 
 
 def _axes(active: ActiveEffect | None) -> str:
-    """The body axes of a place; none of any other effect."""
+    """The body axes of a sensor position; empty for any other effect."""
     return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
 def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
-    """Name, value, deviation and unit of each number of an effect that has several; a jump's moment is apart."""
+    """Name, value, standard error and unit of each parameter of an effect with several; not of a step's instant."""
     if active is None or len(active.values) < 2 or is_sudden(active):
         return ()
     return tuple(
@@ -224,7 +224,7 @@ def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[t
 
 
 def _alternative(row: Alternative, tested: int) -> Finding:
-    """An alternative as the result lists it."""
+    """An alternative as a finding."""
     hypothesis: Hypothesis = row.hypothesis
     kind, where, term = hypothesis.label
     return Finding(
@@ -246,7 +246,7 @@ def _alternative(row: Alternative, tested: int) -> Finding:
 
 
 def _gust(seen: Turbulence) -> Finding:
-    """The turbulence along one axis that a vane and its force show together, as a finding."""
+    """The turbulence along one axis, shown by a vane and its force together, as a finding."""
     return Finding(
         kind=seen.kind,
         where="",

@@ -1,4 +1,4 @@
-"""Findings from the parts of an estimate, with their p-values."""
+"""Findings from the parts of an estimate, with Wald and likelihood ratio p-values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def finding_from_part(search: StructureSearch, part: Part, gain: float, instead_
 def findings_with_p_values(
     search: StructureSearch, completed: Refinement, uncertainty: Deviations
 ) -> tuple[Finding, ...]:
-    """The found parts, most certain first."""
+    """The found parts as findings, largest gain first."""
     rows = []
     for part in search.parts(completed, uncertainty):
         gain = search.re_estimated_without(completed, [part]).cost - completed.cost
@@ -30,7 +30,7 @@ def findings_with_p_values(
             disturbance = part.is_disturbance
             inflation = 1.0 if disturbance else variance_inflation(search, completed, uncertainty, {part.label})
             if disturbance or is_jointly_significant(search, part, gain, inflation):
-                # A standard deviation has no sign to be tested against zero: the likelihood ratio speaks.
+                # A disturbance's size is not tested against zero by its standard error: the likelihood ratio is.
                 count = 1 if disturbance else len(part.active.values)
                 p_value = float(min(1.0, chdtrc(count, max(gain, 0.0) / inflation) * len(search.hypotheses)))
                 row = replace(row, p_value=p_value if disturbance else min(p_value, row.p_value))

@@ -1,4 +1,4 @@
-"""Forward selection by score tests."""
+"""Stepwise regression: forward selection by score tests, with backward elimination after each entry."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from aerosid.search.trial_fits import shortlisted, trial_fits, without_idle_step
 def forward_selection(
     search: StructureSearch, start: Refinement, max_entries: int | None = None
 ) -> tuple[Refinement, list[tuple[Score, ...]]]:
-    """Let hypotheses enter one at a time, `most` in all, and leave again when a later one explains them."""
+    """Enter hypotheses one at a time, `max_entries` in all, and eliminate those that a later one makes insignificant.
+
+    Returns the final estimate and the scores of each round.
+    """
     current = start
     rounds = []
     for _ in range(search.settings.rounds if max_entries is None else max_entries):
@@ -48,12 +51,12 @@ def forward_selection(
 
 
 def reduced_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iterator[Refinement]:
-    """The trials without their weak parts, the most likely first."""
+    """The trials after backward elimination, the least penalised cost first."""
     return (eliminate_insignificant(search, trial) for trial in sorted(trials, key=search.penalised_cost))
 
 
 def is_new_structure(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
-    """Whether a trial names something else than the present estimate does, at a lower price."""
+    """Whether a trial has other parts than the present estimate, at a lower penalised cost."""
     labels = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
     new_labels = {(part.label, part.time and round(part.time, 1)) for part in search.parts(trial, None)}
     return (
@@ -64,7 +67,7 @@ def is_new_structure(search: StructureSearch, trial: Refinement, current: Refine
 
 
 def with_disturbance_statistics(search: StructureSearch, current: Refinement) -> Refinement:
-    """The estimate with the statistics of its disturbances moved too, which trials keep: less is left for them."""
+    """The estimate with the statistics of its disturbances re-estimated, which trials hold fixed."""
     if not any(isinstance(active.effect, NoiseEffect) and active.values for active in current.effects):
         return current
     return refine_on(current, search.manoeuvres, BACKGROUND)

@@ -1,4 +1,4 @@
-"""Hypotheses of a flight: one for each candidate term and each offer of the catalogue."""
+"""Hypotheses for a set of flights: one for each candidate term and each effect that the catalogue offers."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from aerosid.flight_model.constants import Constants
 
 
 def term_hypotheses(candidates: Sequence[Entry]) -> tuple[Hypothesis, ...]:
-    """One for each candidate term."""
+    """One hypothesis for each candidate term."""
     return tuple(Hypothesis("aero_term", entry[0], str(entry[1]), entries=(entry,)) for entry in candidates)
 
 
 def effect_hypotheses(
     model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str] = ()
 ) -> tuple[Hypothesis, ...]:
-    """One for each offer of the catalogue.
+    """One hypothesis for each effect that the catalogue offers.
 
     Parameters
     ----------
     model : AerodynamicModel
-        The declared one; its terms say which controls act.
+        The declared one; its terms determine which controls act.
     manoeuvres : sequence of Manoeuvre
         The identification flights.
     coefficients : sequence of str
-        Those that may change suddenly; none: no sudden changes are offered.
+        Those that may have a step change; none: no step changes are offered.
     """
     flights = tuple(_flown(manoeuvre, model.constants) for manoeuvre in manoeuvres)
     offers = [

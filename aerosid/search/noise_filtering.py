@@ -1,4 +1,4 @@
-"""Lags of a control that only filter the noise of its record."""
+"""Test whether an effect of a control only averages the noise of its record."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.search.structure_search import NONLINEAR_KINDS, StructureSearch
 
 NOISE_AVERAGING_KINDS = frozenset(name for name in NONLINEAR_KINDS if KINDS[name].place == "input")
-"""Kinds unlike their score that take noise out of a control's record."""
+"""Nonlinear kinds that average the noise of a control's record."""
 
 
 def without_noise_averaging(active: ActiveEffect) -> ActiveEffect:
-    """The effect on a control without what it does to the noise of its record."""
+    """The effect on a control without its averaging of the record's noise."""
     if active.effect.kind not in NOISE_AVERAGING_KINDS or not isinstance(active.effect, InputEffect):
         return active
     return replace(active, effect=replace(active.effect, noise=lambda _numbers, _interval: (1.0, 0.0)))
 
 
 def explains_beyond_noise_averaging(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
-    """Whether what a trial says of a control does more than to take noise out of its record.
+    """Whether a trial's effects of the controls gain more than by averaging the noise of their records.
 
-    A lag, a delay between two samples or a limit of rate averages a noisy record, and the motion is then better
-    simulated though the surface does nothing of the kind. With that noise averaged out it brings nothing.
+    A lag, a fractional time delay or a rate limit averages a noisy record, which improves the simulated motion even if
+    the surface has no such effect. Such a false effect gains nothing where the noise is averaged out beforehand.
     """
     acting = [active for active in trial.effects if not active.held and active.effect.kind in NOISE_AVERAGING_KINDS]
     held = {active.name for active in current.effects}

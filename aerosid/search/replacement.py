@@ -1,4 +1,4 @@
-"""Replacement of selected parts by rival hypotheses, and the list of alternatives."""
+"""Replacement of selected parts by competing hypotheses, and the list of indistinguishable alternatives."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import shortlisted, start_with_hypothesis, trial_fits, without_idle_step_changes
 
 LARGEST_RARITY_PENALTY = max(kind.rarity for kind in KINDS.values())
-"""What a rival may lose by its rareness alone and still be listed."""
+"""Difference in penalised cost by rarity alone that leaves an alternative in the list."""
 
 
 def replace_parts(
-    search: StructureSearch, current: Refinement, *, alike: bool = False
+    search: StructureSearch, current: Refinement, *, exclusive: bool = False
 ) -> tuple[Refinement, tuple[Finding, ...]]:
-    """Try others in the place of each found part: take a better one, list those within reach.
+    """Replace each part by a better hypothesis where there is one, and list the indistinguishable alternatives.
 
-    `alike`: none of those that bring much the same beside it, nor a sudden change, which follows whatever is left.
+    `exclusive`: without hypotheses that gain about as much in addition to the part, and without further step changes,
+    which follow any remaining residual.
     """
     listed: list[Finding] = []
     replaced: set[tuple[str, str, str]] = set()
@@ -39,12 +40,12 @@ def replace_parts(
             break
         group = groups[0]
         replaced.add(group[0].label)
-        # Before the trials, whose own deviations take the place of the estimate's among those that are kept.
+        # Before the trials, since only the last estimate's standard deviations are stored.
         cost = partial(
             search.penalised_cost, inflation=inflation_of_labels(search, current, {part.label for part in group})
         )
-        reduced, trials = replacement_fits(search, current, group, alike=alike)
-        if alike:
+        reduced, trials = replacement_fits(search, current, group, exclusive=exclusive)
+        if exclusive:
             step_changes = sum(map(is_sudden, current.effects))
             trials = [trial for trial in trials if sum(map(is_sudden, trial.effects)) <= step_changes]
             best = _best_replacement(search, trials, current, reduced, cost)
@@ -69,9 +70,9 @@ def _best_replacement(
     reduced: Refinement,
     cost: Callable[[Refinement], float],
 ) -> Refinement | None:
-    """The first trial, in the order of their worth, that is better than the estimate without its own idle parts too.
+    """The trial of least penalised cost that is better than the estimate even after backward elimination.
 
-    A fault of an instrument or a control gives place to another such fault alone: a term has to show itself.
+    An error of an instrument or a control is only replaced by another such error: a term must enter by itself.
     """
     base = {part.label for part in search.parts(reduced, None)}
     own = [part for part in search.parts(current, None) if part.label not in base]
@@ -92,38 +93,39 @@ def _best_replacement(
 
 
 def alternatives_to_parts(search: StructureSearch, current: Refinement) -> tuple[Finding, ...]:
-    """What could stand in the place of each found part, the estimate kept as it is."""
+    """The indistinguishable alternatives to each found part, for an unchanged estimate."""
     found: list[Finding] = []
     for group in search.groups(current):
-        found.extend(indistinguishable_fits(search, current, *replacement_fits(search, current, group, alike=True)))
+        found.extend(indistinguishable_fits(search, current, *replacement_fits(search, current, group, exclusive=True)))
     return tuple(found)
 
 
 def replacement_fits(
-    search: StructureSearch, current: Refinement, group: Sequence[Part], *, alike: bool = False
+    search: StructureSearch, current: Refinement, group: Sequence[Part], *, exclusive: bool = False
 ) -> tuple[Refinement, list[Refinement]]:
-    """The estimate without a group of parts, and with each rival that could take its place.
+    """The estimate without a group of parts, and the fits with each competing hypothesis in its place.
 
-    `alike`: none of those that bring much the same beside the group as in its place, which are about another thing.
+    `exclusive`: without hypotheses that gain about as much in addition to the group as in its place: they explain
+    another part of the residual.
     """
     margin = indifference_margin(search, current, {part.label for part in group})
     if not has_competitors(search, current, group, margin):
         return current, []
-    # All that is asked of the present estimate first: the fits beside the reduced one begin at its linearisation.
+    # Everything about the present estimate first: the fits from the reduced one start at its stored linearisation.
     collinear = {score.hypothesis.label: score for score in collinear_candidates(search, current, group)}
-    in_addition = {score.hypothesis.key: score.gain for score in search.scores(current)} if alike else {}
+    gain_in_addition = {score.hypothesis.key: score.gain for score in search.scores(current)} if exclusive else {}
     reduced = search.re_estimated_without(current, group)
     scores = search.scores(reduced)
     competitors = {score.hypothesis.label: score for score in competing_candidates(search, scores, group)}
-    if alike:
-        in_replacement = {score.hypothesis.key: score.gain for score in scores}
+    if exclusive:
+        gain_in_replacement = {score.hypothesis.key: score.gain for score in scores}
         competitors = {
             label: score
             for label, score in competitors.items()
-            if in_addition.get(score.hypothesis.key, 0.0)
-            < search.settings.replacement.otherwise_good * in_replacement.get(score.hypothesis.key, np.inf)
+            if gain_in_addition.get(score.hypothesis.key, 0.0)
+            < search.settings.replacement.otherwise_good * gain_in_replacement.get(score.hypothesis.key, np.inf)
         }
-    # What does the same to the motion is found from where that motion is, not from the fit without it.
+    # Collinear hypotheses start from the present motion, not from that of the fit without the group.
     without_group = search.reduced_structure(current, group)
     further = [
         start_with_hypothesis(search, without_group, score)
@@ -136,31 +138,31 @@ def replacement_fits(
 
 
 def needs_all_parts(search: StructureSearch, trial: Refinement, reduced: Refinement) -> bool:
-    """Whether an estimate needs all its parts, none of them a filter alone."""
+    """Whether all parts of an estimate are significant and none gains by averaging noise alone."""
     return eliminate_insignificant(search, trial) is trial and explains_beyond_noise_averaging(search, trial, reduced)
 
 
 def has_competitors(search: StructureSearch, current: Refinement, group: Sequence[Part], margin: float) -> bool:
-    """Whether anything could win back nearly all that striking out a group costs.
+    """Whether a hypothesis could recover nearly all of the loss by removing a group.
 
-    Terms are judged without a fit; an effect that is far from linear in its number is always worth one.
+    Terms are tested to second order, without a fit; a group with an effect is always assumed to have competitors.
     """
     entries = [part.entry for part in group if part.entry is not None]
     if len(entries) < len(group):
         return True
     loss, scores = search.linearised_with_candidates(current).in_place_of(entries)
-    # A spline follows any curve closely; it counts where it does so to the last.
+    # A spline approximates any curve closely: it counts only where it recovers the loss completely.
     limits = search.settings.replacement
-    close = limits.surely_apart * margin
-    near = close, limits.nearly_all * loss + close
-    return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
+    negligible_loss = limits.surely_apart * margin
+    tolerated_loss = negligible_loss, limits.nearly_all * loss + negligible_loss
+    return any(loss - score.gain < tolerated_loss[score.hypothesis.searched == 0] for score in scores)
 
 
 def collinear_candidates(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:
-    """Hypotheses that do about the same to the motion as a group of parts: so the rivals of a large effect show.
+    """Hypotheses whose sensitivities are nearly collinear with those of a group of parts.
 
-    Where a large effect was struck out, the fit without it has moved so far that scores rank what follows the rest
-    of the misfit, not what could take its place.
+    The fit without a large effect is so far off that its scores rank hypotheses by the remaining misfit, not by how
+    well they could replace the effect.
     """
     effects = [part.active for part in group if part.active is not None]
     if not effects or any(not isinstance(active.effect, OutputEffect | InputEffect) for active in effects):
@@ -173,12 +175,12 @@ def collinear_candidates(search: StructureSearch, current: Refinement, group: Se
 
 
 def competing_candidates(search: StructureSearch, scores: Sequence[Score], group: Sequence[Part]) -> list[Score]:
-    """Hypotheses whose score, of those where a group was struck out, is not far below the group's own."""
+    """Hypotheses whose score without a group is not far below the group's own."""
     labels = {part.label for part in group}
 
     def is_own(hypothesis: Hypothesis) -> bool:
-        alike = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
-        return hypothesis.label in labels or bool(alike)
+        is_same_step_change = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
+        return hypothesis.label in labels or bool(is_same_step_change)
 
     own = [s.gain for s in scores if is_own(s.hypothesis)]
     others = [s for s in scores if not is_own(s.hypothesis)]
@@ -187,9 +189,9 @@ def competing_candidates(search: StructureSearch, scores: Sequence[Score], group
 
 
 def simultaneous_step_changes(search: StructureSearch, group: Sequence[Part]) -> list[Score]:
-    """Other kinds of sudden change at the moment of one that was found.
+    """Other kinds of step change at the instant of one that was found.
 
-    Where a jump was struck out the fit has moved so far that scores no longer show its moment.
+    The fit without the step change is so far off that its scores no longer show the instant.
     """
     time, found = group[0].time, group[0].active
     if time is None or found is None:
@@ -207,7 +209,7 @@ def simultaneous_step_changes(search: StructureSearch, group: Sequence[Part]) ->
 def indistinguishable_fits(
     search: StructureSearch, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]
 ) -> list[Finding]:
-    """Those trials that the data hardly tell from the chosen estimate."""
+    """Findings of those trials whose penalised cost is within the margin of indifference of the chosen estimate's."""
     base = {part.label for part in search.parts(reduced, None)}
     chosen = [part.label for part in search.parts(current, None) if part.label not in base]
     if not chosen:
@@ -216,7 +218,7 @@ def indistinguishable_fits(
     base.update(chosen)
     found: list[Finding] = []
     for trial in trials:
-        # What is rarer loses a tie, and is as much within reach as before.
+        # Rarity decides between equal fits, and makes an alternative no more distinguishable.
         loss = (
             search.penalised_cost(trial)
             - search.rarity_penalty(trial)
@@ -229,19 +231,19 @@ def indistinguishable_fits(
             others = [
                 part for part in search.parts(trial, uncertainty) if part.label not in base and part.ratio > least
             ]
-            place = named(chosen[0])
+            replaced_part = named(chosen[0])
             found.extend(
-                replace(finding_from_part(search, part, -loss, place), fit=trial, worse_by=loss, margin=margin)
+                replace(finding_from_part(search, part, -loss, replaced_part), fit=trial, worse_by=loss, margin=margin)
                 for part in others
             )
     return found
 
 
 def indifference_margin(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
-    """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
+    """Insignificant difference in penalised cost, multiplied by the parts' variance inflation by coloured residuals."""
     return search.settings.reach * inflation_of_labels(search, current, labels)
 
 
 def inflation_of_labels(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
-    """By how much coloured residuals widen the variance of some parts, at least 1."""
+    """Variance inflation of the parts of some labels by coloured residuals, at least 1."""
     return variance_inflation(search, current, search.quick_deviations(current), labels)

@@ -22,26 +22,26 @@ from aerosid.search.trial_fits import start_with_hypothesis
 def restarts_from_declared_values(
     search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float
 ) -> list[Start]:
-    """Starts from the declared numbers, where what is missing is gross; `level`: a price that is reached already.
+    """Starts from the declared values, where the residual is gross; `level`: the penalised cost reached already.
 
-    The re-estimated ones then imitate it: from there the way to the truth may lead uphill, and scores mislead. So
-    all that is far from linear is asked too, whatever its score.
+    The re-estimated derivatives then compensate a large missing effect: a local minimum of the cost, at which scores
+    mislead. So every noise-averaging kind (lag, time delay, rate limit) is tried too, whatever its score.
     """
-    # Gusts and forces of any shape leave no gross residual to be led astray by.
+    # With gusts and unmodelled forces no gross residual remains.
     if search.declared_values is None or not search.has_gross_residual(current) or current.is_disturbed:
         return []
-    numbers = {
+    declared = {
         entry: search.declared_values.value(entry)
         for entry in search.declared.free
         if entry in search.declared_values.entries
     }
     values = current.model.values.copy()
-    for entry, value in numbers.items():
+    for entry, value in declared.items():
         values[current.model.index(entry)] = value
     at_declared_values = replace(current, model=current.model.with_values(values))
     candidates = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in NOISE_AVERAGING_KINDS]
-    filters = [h for h in search.candidate_hypotheses(current) if h.kind in NOISE_AVERAGING_KINDS]
-    starts = profile_starts(search, at_declared_values, filters, level)
+    noise_averaging = [h for h in search.candidate_hypotheses(current) if h.kind in NOISE_AVERAGING_KINDS]
+    starts = profile_starts(search, at_declared_values, noise_averaging, level)
     for hypothesis, trial in candidates:
         effects = tuple(
             replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
@@ -55,27 +55,27 @@ def restarts_from_declared_values(
 def restart_candidates(
     search: StructureSearch, current: Refinement, shortlist: Sequence[Score], trials: Sequence[Refinement], level: float
 ) -> list[Score]:
-    """The hypotheses that may come to more from the declared numbers than their own trial did, at the price `level`.
+    """The hypotheses whose fit may improve from the declared values; `level`: the best penalised cost of the trials.
 
-    A term is linear in its number, and where it begins moves little of where it ends: one whose trial stayed far behind
-    the best is not asked again. `trials`: those of the shortlist, in its order.
+    The response is linear in a term's coefficient, so that the start hardly changes the final fit: a term whose trial
+    stayed far behind the best is not tried again. `trials`: those of the shortlist, in its order.
     """
-    behind = search.settings.trials.restart_share * (search.penalised_cost(current) - level)
+    tolerated = search.settings.trials.restart_share * (search.penalised_cost(current) - level)
     return [
         score
         for score, trial in zip(shortlist, trials, strict=True)
-        if score.hypothesis.effects or search.penalised_cost(trial) <= level + behind
+        if score.hypothesis.effects or search.penalised_cost(trial) <= level + tolerated
     ]
 
 
 def profile_starts(
     search: StructureSearch, at_declared_values: Refinement, hypotheses: Sequence[Hypothesis], level: float
 ) -> list[Start]:
-    """Where the fit of each effect of a control begins: the likeliest of many values, all else estimated at each.
+    """Starts of the fits of control effects from the maximum of the profile likelihood over a grid of values.
 
-    A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
-    lag near the true one does the likelihood lead there. At each value the linearisation at the numbers that all begin
-    with says how likely it will be; the most promising few are followed.
+    A surface that lags far behind its record is at times on the wrong side of every step, and the likelihood has its
+    maximum there only if the fit starts from a limit or a lag near the true one. At each value the linearisation at the
+    common start predicts the likelihood; the best few by that prediction are fitted.
     """
     settings = search.settings.trials
     starts, trial_effects = [], []

@@ -15,21 +15,21 @@ from aerosid.signals.restricted_least_squares import restricted_least_squares
 
 
 def restricted_estimate(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The findings and the estimate with some entries fixed, by the estimator that the findings are from.
+    """The attribution with some entries fixed, by the estimator that its findings are from.
 
     Parameters
     ----------
     found : Attribution
         With these entries free.
     values : mapping of Entry to float
-        What they are fixed at, in the coefficient's unit.
+        Their fixed values, in the coefficient's unit.
     search : StructureSearch
         The flights that were fitted, with the settings.
 
     Raises
     ------
     EstimationError
-        Where the others cannot be estimated beside them.
+        Where the others cannot be estimated with them.
     """
     if found.regressed:
         return _restricted_regression(found, values, search)
@@ -37,7 +37,7 @@ def restricted_estimate(found: Attribution, values: Mapping[Entry, float], searc
 
 
 def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The maximum-likelihood estimate of the others, from where all were free."""
+    """The maximum-likelihood estimate of the others, started from that with all free."""
     completed = found.completed
     numbers = completed.model.values.copy()
     for entry, value in values.items():
@@ -57,7 +57,7 @@ def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], se
 
 
 def _restricted_regression(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The regression of the others, and its simulation with initial states of its own; effects keep their numbers."""
+    """The restricted regression of the others, simulated with its own initial states; effects keep their values."""
     completed, uncertainty = found.completed, found.completed_deviations
     covariance = uncertainty.covariance if uncertainty.beside_effects is None else uncertainty.beside_effects
     fixed = [n for n, entry in enumerate(completed.free) if entry in values]

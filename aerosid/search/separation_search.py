@@ -19,22 +19,22 @@ from aerosid.search.structure_search import StructureSearch
 
 
 def search_with_separation(search: StructureSearch, found: Refinement) -> Refinement:
-    """The search with flow separation in place of what was found of its likeness.
+    """The search with flow separation in place of the parts that may imitate it.
 
-    Its six numbers can mimic much, so that it is asked late. Curves of alpha and sudden changes are how it looks
-    where it is unknown. Where it leaves the model wrong, others may enter beside it.
+    Its six parameters can imitate many effects, so that it is tried late. Terms nonlinear in alpha and step changes
+    imitate it where it is not modelled. Where the model with it remains inadequate, other hypotheses may enter.
     """
     imitating = [part for part in search.parts(found, None) if part.time is not None or is_nonlinear_in_alpha(part)]
     base = search.re_estimated_without(found, imitating) if imitating else found
-    bases = [base]
+    base_estimates = [base]
     if step_change := most_certain_step_change(search, found):
-        # One event may be real beside it.
-        bases.append(search.re_estimated_without(found, [part for part in imitating if part not in step_change]))
-    best = _likeliest_with_separation(search, bases)
-    gain, gain_of_imitation = (
-        search.penalised_cost(base) - search.penalised_cost(best),
-        search.penalised_cost(base) - search.penalised_cost(found),
-    )
+        # One step change may be real in addition to it.
+        base_estimates.append(
+            search.re_estimated_without(found, [part for part in imitating if part not in step_change])
+        )
+    best = _likeliest_with_separation(search, base_estimates)
+    gain = search.penalised_cost(base) - search.penalised_cost(best)
+    gain_of_imitation = search.penalised_cost(base) - search.penalised_cost(found)
     limits = search.settings.separation
     if gain > max(limits.likeness * gain_of_imitation, 0.0) and search.is_inadequate(best):
         best, _ = forward_selection(search, eliminate_insignificant(search, best), limits.beside)
@@ -42,30 +42,30 @@ def search_with_separation(search: StructureSearch, found: Refinement) -> Refine
 
 
 def search_separation_first(search: StructureSearch, before: Refinement) -> tuple[Refinement, tuple[Finding, ...]]:
-    """The search with flow separation before all else, and what could stand in place of its parts.
+    """The search with flow separation entered first, and the alternatives to its parts.
 
-    Where a stall is most of what is missing, what enters before it is drawn to it and then stands in its way.
+    Where a stall is the main effect, hypotheses that enter before it imitate it and then keep it from entering.
     """
     first = eliminate_insignificant(search, _likeliest_with_separation(search, [before]))
     current, _ = forward_selection(search, first, search.settings.separation.after)
     return replace_parts(search, current)
 
 
-def _likeliest_with_separation(search: StructureSearch, bases: Sequence[Refinement]) -> Refinement:
-    """The likeliest estimate with flow separation beside one of several others."""
+def _likeliest_with_separation(search: StructureSearch, base_estimates: Sequence[Refinement]) -> Refinement:
+    """The estimate of least penalised cost with flow separation added to one of several others."""
     highest = max(float(np.nanmax(manoeuvre.measured("alpha"))) for manoeuvre in search.manoeuvres)
     drag, lift, moment_name = search.separation_coefficients
     effect = flow_separation(highest, lift, (drag, moment_name))
-    rest = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
+    other_values = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
     starts = [
         Start(
             search.with_step_columns(each).model,
             each.free,
-            (*each.effects, ActiveEffect(effect, (first, *rest))),
+            (*each.effects, ActiveEffect(effect, (first, *other_values))),
             each.states,
             each.variance,
         )
-        for each in bases
+        for each in base_estimates
         for first in effect.parameters[0].trials
     ]
     penalties = [search.penalty(each) for each in starts]
@@ -73,23 +73,23 @@ def _likeliest_with_separation(search: StructureSearch, bases: Sequence[Refineme
 
 
 def most_certain_step_change(search: StructureSearch, found: Refinement) -> list[Part]:
-    """Of several sudden changes the parts of the most certain; none where there are not several."""
+    """The parts of the most significant of several step changes; empty where there are not several."""
     uncertainty = search.quick_deviations(found)
-    certainty = {(part.label, part.time): part.ratio for part in search.parts(found, uncertainty)}
+    ratios = {(part.label, part.time): part.ratio for part in search.parts(found, uncertainty)}
     step_changes = [group for group in search.groups(found) if group[0].time is not None]
     if len(step_changes) < 2:
         return []
-    return max(step_changes, key=lambda group: max(certainty[part.label, part.time] for part in group))
+    return max(step_changes, key=lambda group: max(ratios[part.label, part.time] for part in group))
 
 
 def may_imitate_separation(search: StructureSearch, current: Refinement) -> bool:
-    """Whether terms are so many, bent in alpha some of them, that one cause with a memory may say them all."""
+    """Whether there are so many terms, some nonlinear in alpha, that flow separation may explain them all."""
     terms = [part for part in search.parts(current, None) if part.entry is not None]
     return len(terms) >= search.settings.separation.patches and any(map(is_nonlinear_in_alpha, terms))
 
 
 def is_nonlinear_in_alpha(part: Part) -> bool:
-    """Whether a part is a term in which the angle of attack is bent."""
+    """Whether a part is a term nonlinear in the angle of attack."""
     if part.entry is None:
         return False
     return any(factor.variable == "alpha" and str(factor) != "alpha" for factor in part.entry[1].factors)

@@ -1,4 +1,4 @@
-"""Instants of sudden changes from the greatest innovations: between those of a grid d(t) follows a jump."""
+"""Instants of step changes from the largest innovations, since d(t) follows a step between instants of a grid."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def is_near_step_change(
     manoeuvres: Sequence[Manoeuvre],
     settings: ModelErrorSearchSettings,
 ) -> bool:
-    """Whether a sudden change is so close to one among `effects` that it would only mend its edge."""
+    """Whether a step change is so close to one among `effects` that it would only correct its instant."""
     if hypothesis.time is None:
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
@@ -31,7 +31,7 @@ def is_near_step_change(
 
 
 def thinned(hypotheses: Sequence[Hypothesis], stride: int) -> list[Hypothesis]:
-    """All that are no sudden change, and of each kind of sudden change on each log every n-th moment."""
+    """All hypotheses but step changes, and of each kind of step change on each log every n-th instant."""
     places: dict[tuple[str, str, tuple[str, ...]], int] = {}
     thinned_out = []
     for hypothesis in hypotheses:
@@ -50,7 +50,7 @@ def at_innovation_outliers(
     manoeuvres: Sequence[Manoeuvre],
     settings: ModelErrorSearchSettings,
 ) -> list[Hypothesis]:
-    """The sudden changes among some hypotheses, one of each kind, at the moments of the greatest innovations."""
+    """The step changes among some hypotheses, one of each kind, at the instants of the largest innovations."""
     found = []
     for n, log in enumerate(manoeuvres):
         squares, count = np.zeros(log.flight.time.size), np.zeros(log.flight.time.size)
@@ -77,13 +77,13 @@ def at_innovation_outliers(
 
 
 def with_free_instant(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
-    """A sudden change whose moment is estimated too, near `time` s."""
+    """A step change whose instant, near `time` s, is a free parameter."""
     log = next(m for m in manoeuvres if m.name == active.log)
     return at_moment(active, time, active.log, log.interval)
 
 
 def _at_instant(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
-    """The same sudden changes at another moment, given."""
+    """The same step changes at another, fixed instant."""
     effects = []
     for active in hypothesis.effects:
         effect = active.effect

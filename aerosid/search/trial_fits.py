@@ -19,22 +19,22 @@ from aerosid.search.structure_search import NONLINEAR_KINDS, StructureSearch
 
 
 def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]:
-    """The hypotheses worth a fit: the best few whose score could pass, one a label, and the best of some kinds.
+    """Shortlist for trial fits: the best few hypotheses of sufficient score, one per label, and the best of some kinds.
 
-    The score of a large effect that is not linear, as of a rate limit, can rank below terms that only follow it.
+    The score of a large nonlinear effect, such as a rate limit, can rank below terms that only imitate it.
     """
     settings = search.settings.trials
     candidates = [score for score in scores if _net_gain(search, score) > search.critical**2]
     best_by_label: dict[tuple[str, str, str], Score] = {}
     for score in candidates:
-        # Of a sensor's place along one axis or two, which have one label, that which brings most for its price.
+        # A sensor position along one axis and along two have the same label: the one of larger net gain.
         known = best_by_label.setdefault(score.hypothesis.label, score)
         if _net_gain(search, score) > _net_gain(search, known):
             best_by_label[score.hypothesis.label] = score
     splines = [score for score in best_by_label.values() if score.hypothesis.searched]
     ranked = [score for score in best_by_label.values() if not score.hypothesis.searched]
     chosen = ranked[: search.settings.shortlist]
-    # One spline follows another closely: the best stands for all, where it is about as good as a simpler term.
+    # Splines are nearly collinear: the best represents all, where it is about as good as a simpler term.
     chosen += [score for score in splines[:1] if not chosen or score.gain > settings.spline_share * chosen[0].gain]
     kinds = {score.hypothesis.kind for score in chosen}
     for score in ranked[search.settings.shortlist :]:
@@ -46,7 +46,7 @@ def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]
 
 
 def _net_gain(search: StructureSearch, score: Score) -> float:
-    """What a score promises less the price of its numbers beyond the first."""
+    """Predicted gain of a score less the penalty of its parameters beyond the first."""
     return score.gain - search.settings.price * (score.hypothesis.parameters - 1)
 
 
@@ -58,9 +58,9 @@ def trial_fits(
     margin: float = 0.0,
     further: Sequence[Start] = (),
 ) -> list[Refinement]:
-    """The estimate with one more hypothesis, for each of several, and from `further` starts.
+    """The estimates with one more hypothesis, for each of several, and from `further` starts.
 
-    Those are not followed to the end that stay more than `margin` above the price `level`, or above the best.
+    A fit is abandoned where it will stay more than `margin` above the penalised cost `level`, or above the best.
     """
     starts = [*(start_with_hypothesis(search, current, score) for score in scores), *further]
     penalties = [search.penalty(start) - removable_penalty(search, start, current) for start in starts]
@@ -70,7 +70,7 @@ def trial_fits(
 
 
 def start_with_hypothesis(search: StructureSearch, current: Refinement, score: Score) -> Start:
-    """Where the fit of one more hypothesis begins."""
+    """Start of the fit with one more hypothesis."""
     hypothesis = score.hypothesis
     start = score.start[len(hypothesis.entries) :]
     effects = hypothesis.at(start, score.trial).effects
@@ -97,14 +97,14 @@ def start_with_hypothesis(search: StructureSearch, current: Refinement, score: S
 
 
 def with_free_instant(search: StructureSearch, active: ActiveEffect, time: float) -> ActiveEffect:
-    """A jump whose moment is estimated too, near `time` s."""
+    """A step change whose instant, near `time` s, is a free parameter."""
     manoeuvre = next(m for m in search.manoeuvres if m.name == active.log)
     interval = manoeuvre.interval
     return at_moment(active, time, active.log, interval)
 
 
 def removable_penalty(search: StructureSearch, trial: Refinement | Start, current: Refinement) -> float:
-    """What a trial may save: coefficients jump all at once at first, though one of them may be all that does."""
+    """Penalty that elimination may save: a step change enters in all coefficients, though only one may need it."""
     new = len([a for a in trial.effects if a.effect.kind == "step_change"])
     new -= len([a for a in current.effects if a.effect.kind == "step_change"])
     return search.settings.price * 2 * max(new - 1, 0)
@@ -113,7 +113,7 @@ def removable_penalty(search: StructureSearch, trial: Refinement | Start, curren
 def without_idle_step_changes(
     search: StructureSearch, current: Refinement, trials: Sequence[Refinement], level: float
 ) -> list[Refinement]:
-    """The trials, without their idle jumps those that could then cost less than `level`."""
+    """The trials; those whose penalised cost could fall below `level`, without their insignificant step changes."""
     return [
         eliminate_insignificant(search, trial)
         if 0.0 < search.penalised_cost(trial) - level < removable_penalty(search, trial, current)

@@ -204,7 +204,7 @@ def test_a_prior_is_one_more_measurement() -> None:
     assert moved == pytest.approx(shift[1], abs=0.05 * np.sqrt(alone.covariance[1, 1]))
 
 
-def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicModel, list[Manoeuvre]]) -> None:
+def test_competing_fits_converge_like_single_fits(two_flights: tuple[AerodynamicModel, list[Manoeuvre]]) -> None:
     """The winner is the estimate that it would be alone; who is given up ends above it alone as well."""
     model, manoeuvres = two_flights
     missing = [model.entries[n] for n in (3, 5, 9)]
@@ -224,7 +224,7 @@ def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicM
 
 
 @pytest.mark.parametrize("level", [None, 1e6])
-def test_a_contest_over_two_cores_has_the_bits_of_one(
+def test_competing_fits_on_two_cores_equal_those_on_one_bit_for_bit(
     two_flights: tuple[AerodynamicModel, list[Manoeuvre]], monkeypatch: pytest.MonkeyPatch, level: float | None
 ) -> None:
     model, manoeuvres = two_flights
@@ -234,7 +234,7 @@ def test_a_contest_over_two_cores_has_the_bits_of_one(
     settings = RefinementSettings(cost_tolerance=0.01)
     alone = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)
     monkeypatch.setattr(
-        sys.modules[fit_competing_structures.__module__], "CONTEST", replace(COMPETING_FITS, dealt_out=0.0)
+        sys.modules[fit_competing_structures.__module__], "COMPETING_FITS", replace(COMPETING_FITS, dealt_out=0.0)
     )
     with on_cores(2):
         shared = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)

@@ -36,7 +36,7 @@ def searched() -> tuple[StructureSearch, Attribution]:
     return StructureSearch((manoeuvre,), terms, (), before, quiet), found
 
 
-def with_candidate_columns(deviations: float) -> StructureSearch:
+def search_requiring(deviations: float) -> StructureSearch:
     search, _ = searched()
     settings = replace(search.settings, final_deviations=deviations)
     return StructureSearch(search.manoeuvres, search.hypotheses, (), search.declared, settings)
@@ -58,7 +58,7 @@ def test_what_does_not_stand_goes_and_the_rest_is_estimated_without_it() -> None
     _, found = searched()
     weak, strong = ratio_of(found, "C_m"), ratio_of(found, "C_X")
     assert 2.0 * weak < strong
-    search = with_candidate_columns(1.2 * weak)
+    search = search_requiring(1.2 * weak)
     held = eliminate_by_wald_test(found, search)
     assert [finding.where for finding in held.eliminated] == ["C_m"]
     assert held.terms == (entry(*DRAG),)
@@ -72,7 +72,7 @@ def test_what_does_not_stand_goes_and_the_rest_is_estimated_without_it() -> None
 
 
 def test_where_nothing_stands_the_declared_structure_is_left() -> None:
-    search = with_candidate_columns(1e6)
+    search = search_requiring(1e6)
     held = eliminate_by_wald_test(searched()[1], search)
     assert (held.findings, held.alternatives, len(held.eliminated)) == ((), (), 2)
     assert held.completed.free == search.declared.free

@@ -79,7 +79,7 @@ def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> N
     assert len(with_indistinguishable_terms(found, rivals, worse - 1.0).alternatives) < len(listed)
     (sentence,) = [note for note in note_on_indistinguishable_terms(rivals) if note.startswith("C_m alone")]
     assert "sensor_lag of alpha" in sentence
-    assert "speak for the effect" in sentence
+    assert "favour the effect" in sentence
 
 
 def test_nothing_stands_beside_a_term_nor_beside_a_fault_that_no_term_looks_like() -> None:

@@ -1,4 +1,4 @@
-"""Attribution by the model error d(t) alone, in the form that the likelihood's search gives."""
+"""Attribution by partial correlation with the model error d(t) alone."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def attribute_by_model_error(
     progress: Callable[[str], None] = lambda _stage: None,
     known: Attribution | None = None,
 ) -> tuple[Attribution, Selection]:
-    """What the declared model lacks, as its model error d(t) says; and the search itself.
+    """Stepwise selection of the declared model's missing effects by its model error d(t); with the selection itself.
 
     Parameters
     ----------
@@ -55,21 +55,21 @@ def attribute_by_model_error(
     free : sequence of Entry
         Declared terms that are re-estimated.
     given : sequence of ActiveEffect
-        Effects that the aircraft file declares, their numbers held.
+        Effects that the aircraft file declares, their parameters held.
     hypotheses : sequence of Hypothesis
-        What may enter.
+        The candidates.
     coefficients : sequence of str
         The aircraft's three.
     chain : ChainSettings
-        Prefilter and weights of the forward estimate that begins the sweeps.
+        Prefilter and weights of the forward estimate from which the sweeps start.
     known : Attribution, optional
-        What another method made of the same flights: the motion that it follows begins the sweeps in place of the
-        forward estimate.
+        The attribution of the same flights by another method: the sweeps start from its motion in place of the forward
+        estimate.
 
     Raises
     ------
     EstimationError
-        Where the declared model with its d(t), or the completed one without, cannot be flown.
+        Where the declared model with its d(t), or the completed one without, cannot be simulated.
     """
     start = None if known is None else _start_along(known, declared, manoeuvres, free, given, coefficients, settings)
     start = start or swept_start(declared, manoeuvres, free, given, coefficients, chain, settings)
@@ -111,10 +111,10 @@ def _start_along(
     coefficients: Sequence[str],
     settings: ModelErrorSearchSettings,
 ) -> SweptModel | None:
-    """The declared structure with the d(t) that keeps the motion of a completed one; None where that one cannot say it.
+    """The declared structure with the d(t) that reproduces the motion of a completed one; None where d(t) cannot.
 
-    Along the motion the model error is what the completed model has beyond the declared one; where the sweeps end does
-    not depend on it.
+    Along the motion the model error is the difference of the completed and the declared model. The sweeps converge to
+    the same estimate from any start.
     """
     completed, before = known.completed, known.before
     if not all(is_seen(active) for active in completed.effects):
@@ -131,7 +131,7 @@ def _start_along(
 
 
 def _statistics(forces: Sequence[Array], variance: Array, settings: SweepSettings) -> ErrorStatistics:
-    """Where the search of the statistics of d(t) begins."""
+    """Start values of the statistics of d(t)."""
     first = settings.first_spread
     spread = (first,) * forces[0].shape[1] if first is not None else _spread(forces, settings)
     return ErrorStatistics(spread, settings.first_memory, variance)
@@ -144,17 +144,17 @@ def _spread(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ..
 
 
 def note_on_unobservable(selection: Selection) -> list[str]:
-    """What the method did not look for, in one sentence."""
+    """One sentence on the kinds of effect that the method cannot observe, for the notes."""
     kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unobservable, "flow_separation"))
     sentence = (
-        "Method iebmee: d(t) shows terms, sudden changes, controls, sensors and moving air. No column in it stands for "
-        f"{kinds}, which it was not asked for: use the default method for those."
+        "Method iebmee: d(t) shows terms, step changes, turbulence and errors of controls and sensors. It has no "
+        f"regressor for {kinds}, which were not tested: use the default method for those."
     )
     return [sentence]
 
 
 def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> None:
-    """The report compares open-loop simulations: a completed model that runs away in one has no errors to show."""
+    """Raise where the completed model diverges in an open-loop simulation, whose errors the report states."""
     swept = completed.swept
     model = with_columns_of(swept.model, swept.effects)
     for manoeuvre, state in zip(manoeuvres, swept.states, strict=True):
@@ -170,7 +170,7 @@ def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> Non
 
 
 def _refinement(sweep: Sweep) -> tuple[Refinement, Deviations]:
-    """The estimate and its deviations in the order that the loop takes: free terms, initial states, effects."""
+    """The estimate and its standard deviations in the order of the loop: free terms, initial states, effects."""
     swept, fit = sweep.swept, sweep.fit
     free, slopes = len(swept.free), swept.slopes
     count = sum(state.size for state in swept.states)
@@ -217,7 +217,7 @@ def _deviations(information: Array) -> Array:
 
 
 def _largest_correlation(covariance: Array) -> Array:
-    """Of each number with any other, (m,); zero where it is not determined."""
+    """Largest correlation of each parameter with any other, (m,); zero where it is not determined."""
     deviation = np.sqrt(np.diag(covariance))
     held = np.flatnonzero(np.isfinite(deviation) & (deviation > 0.0))
     relation = np.zeros_like(covariance)

@@ -24,15 +24,15 @@ Array = NDArray[np.float64]
 
 
 SENSOR_EFFECTS = OutputEffect, PositionEffect
-"""Kinds of effect that lie between the motion and the record."""
+"""Kinds of effect of the sensors."""
 
 EFFECTS_CONTAINING_D = *SENSOR_EFFECTS, BodyEffect
-"""Kinds whose columns hold d(t) itself: that of the sensor's channel, that of the moment which turns the body."""
+"""Kinds whose regressors contain d(t) itself: of the sensor's channel, or of the moment about the body's axis."""
 
 
 @dataclass(frozen=True)
 class Chord:
-    """A hypothesis with its derivatives taken over the distance of one of its trial values; `place`: its index."""
+    """A hypothesis with difference quotients to one of its trial values as derivatives; `place`: its index."""
 
     place: int
     hypothesis: Hypothesis
@@ -40,12 +40,12 @@ class Chord:
 
     @property
     def columns(self) -> int:
-        """How many numbers it makes free."""
+        """Number of its free parameters."""
         return len(self.hypothesis.entries) + sum(active.slopes for active in self.hypothesis.effects)
 
 
 def chords_of(hypotheses: Sequence[Hypothesis]) -> list[Chord]:
-    """Every hypothesis by the chord of each of its trial values."""
+    """Every hypothesis with the chord to each of its trial values."""
     return [
         Chord(place, hypothesis.by_chord(trial), trial)
         for place, hypothesis in enumerate(hypotheses)
@@ -61,7 +61,7 @@ def screen(
     settings: ModelErrorSearchSettings,
     tested: int,
 ) -> list[Score]:
-    """What the correlation of each candidate with d(t) is worth, by the chord that brings most.
+    """Scores of the candidates by partial correlation with d(t), each by its chord of largest gain.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ def screen(
     hypotheses : sequence of Hypothesis
         The candidates.
     chords : sequence of Chord
-        Of those of them that are asked.
-    asked : int
-        How many candidates the search looks at, for p-values.
+        Those of the candidates to be screened.
+    tested : int
+        Number of candidates of the search, for p-values (Bonferroni).
     """
     best: dict[int, Score] = {}
     samples = sum(manoeuvre.flight.time.size for manoeuvre in sweeps.flights.manoeuvres)
@@ -89,14 +89,14 @@ def screen(
 
 
 def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, tested: int) -> float:
-    """Of a sensor's or the body's numbers by chance, their columns along the motion that controls and terms make.
+    """p-value of a sensor's or the body's parameters, their regressors taken along the motion without d(t).
 
-    d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
-    d(t) of its own channel: regressor and residual then share that noise, and their correlation, however significant,
-    says nothing of the sensor. Of a moment of inertia the column holds the d(t) of its own moment, so that it follows
-    whatever is missing there. Along the motion without d(t) they cannot. What is left there is coloured in each
-    channel and, where forces are left, between them: both are allowed for. Zero for terms and controls, and where that
-    motion cannot be flown.
+    d(t) takes in part of a sensor's coloured noise, and the regressor of a sensor error (lag, scale factor) contains
+    the d(t) of its own channel: regressor and residual then share that noise, and their correlation, however
+    significant, is no evidence of a sensor error. The regressor of a moment of inertia contains the d(t) of its own
+    moment, so that it follows any model error there. Regressors along the motion without d(t) do not. The residual
+    there is coloured within each channel and, where forces are missing, between channels: both are allowed for. Zero
+    for terms and controls, and where that motion cannot be simulated.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
         The structure with the candidate.
     hypothesis : Hypothesis
         The candidate.
-    asked : int
-        How many candidates the search looks at (Bonferroni).
+    tested : int
+        Number of candidates of the search (Bonferroni).
     """
     entered = {
         (active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, EFFECTS_CONTAINING_D)
@@ -130,7 +130,7 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
 
 
 def _joint_p_value(sweeps: FlightSweeps, undisturbed: Sweep, places: list[int], offsets: Array) -> float:
-    """Probability of known columns' numbers `away` from null by chance, in noise coloured in and between channels."""
+    """Joint p-value of parameters at `offsets` from their null values, in noise coloured in and between channels."""
     known = undisturbed.fit.whitened(undisturbed.rows.known)
     others = np.delete(known, places, axis=1)
     others = others / np.maximum(np.linalg.norm(others, axis=0), np.finfo(float).tiny)
@@ -142,7 +142,7 @@ def _joint_p_value(sweeps: FlightSweeps, undisturbed: Sweep, places: list[int], 
     if float(np.min(size / np.linalg.norm(own, axis=0))) ** 2 <= sweeps.settings.colour.least_independence:
         return 1.0
     columns = left / size
-    # The residual as it would be with these numbers at none, to first order.
+    # The residual with these parameters at their null values, to first order.
     target = undisturbed.fit.whitened(undisturbed.rows.target[:, None])[:, 0] + own @ offsets
     target -= basis @ (basis.T @ target)
     solution = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
@@ -171,7 +171,7 @@ def _by_sample(
 
 
 def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:
-    """So many that their columns are no more; at least one."""
+    """Batches of at most so many columns; at least one chord each."""
     batch: list[Chord] = []
     held = 0
     for chord in chords:
@@ -187,7 +187,7 @@ def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:
 def _screened(
     sweeps: FlightSweeps, current: Sweep, chords: Sequence[Chord], settings: ModelErrorSearchSettings, tested: int
 ) -> list[tuple[float, tuple[float, ...], float]]:
-    """Of each chord the chi-square of its numbers, their step and their independence."""
+    """Of each chord the chi-square of its parameters, their step and their independence."""
     entries = list(dict.fromkeys(entry for chord in chords for entry in chord.hypothesis.entries))
     effects = [active for chord in chords for active in chord.hypothesis.effects]
     rows = sweeps.asked(current, entries, effects)

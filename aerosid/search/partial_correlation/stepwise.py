@@ -2,8 +2,9 @@
 
 Parameswaran & Raol 1994, section 3.3, on any flight: d(t) of the present structure, candidates passed through the same
 estimator, partial correlation of each with d(t) in its coloured noise; the likeliest of the best few enters if its
-correlation is significant among so many; recursive least squares of all terms; again, until nothing in d(t)
-correlates. A late or slow control and a late, slow, scaled or biased sensor are columns too, to first order.
+correlation is significant among so many; recursive least squares of all terms; repeated until no candidate correlates
+with d(t). Time delays and lags of controls, and delays, lags, scale factors and biases of sensors are regressors too,
+to first order.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Selection:
-    """What a search by d(t) found.
+    """Result of a stepwise selection by d(t).
 
     Attributes
     ----------
@@ -44,15 +45,15 @@ class Selection:
     completed : Sweep
         With everything that entered.
     parts : tuple of (Part, gain, p-value)
-        What entered, most certain first; the gain is the rise of -2 ln L when it is struck out.
+        The selected parts, largest gain first; the gain is the rise of -2 ln L when the part is removed.
     alternatives : tuple of Finding
-        What could stand in place of a part.
+        Indistinguishable from a part in its place.
     rounds : tuple of tuple of Score
         Scores of each round.
-    asked : int
-        How many candidates were looked at in each round.
-    unseen : tuple of str
-        Kinds of effect that d(t) cannot show, of those that were asked for.
+    tested : int
+        Number of candidates of each round.
+    unobservable : tuple of str
+        Kinds of effect among the hypotheses that d(t) cannot show.
     """
 
     before: Sweep
@@ -72,7 +73,7 @@ def select(
     settings: ModelErrorSearchSettings,
     progress: Callable[[str], None] = lambda _stage: None,
 ) -> Selection:
-    """What the model error of the declared structure says is missing.
+    """Stepwise selection by the model error of the declared structure.
 
     Parameters
     ----------
@@ -83,12 +84,12 @@ def select(
     coefficients : sequence of str
         The aircraft's, in which model error is allowed.
     hypotheses : sequence of Hypothesis
-        What may enter; those that d(t) cannot show are left out and named.
+        The candidates; those that d(t) cannot show are left out and listed as unobservable.
 
     Raises
     ------
     EstimationError
-        Where the declared model with its model error cannot be flown.
+        Where the declared model with its model error cannot be simulated.
     """
     search = _Search(manoeuvres, coefficients, hypotheses, start, settings)
     before = current = search.sweeps.estimate(start, polished=not settings.kept_statistics)
@@ -155,7 +156,7 @@ class _Search:
         self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
         self.samples = sum(manoeuvre.flight.time.size for manoeuvre in self.manoeuvres)
         self.refuted: set[tuple[str, str, str]] = set()
-        """Of candidates whose trial brought nothing where trials are held: they are not tried again."""
+        """Labels of candidates whose trial gained nothing where trials are held: they are not tried again."""
 
     def _candidates(self, current: Sweep) -> list[int]:
         """Places of the candidates that the structure does not hold yet."""
@@ -169,14 +170,14 @@ class _Search:
         ]
 
     def parts(self, current: Sweep) -> list[Part]:
-        """What the structure holds beyond the declared one, with corrected deviations."""
+        """The parts of the structure beyond the declared one, with corrected standard deviations."""
         return parts_of(current, self.declared, sum(self.sweeps.flights.distances))
 
     def _p_value(self, sweep: Sweep, parts: Sequence[Part]) -> float:
         return wald_p_value(sweep, parts, self.tested, self.samples)
 
     def scores(self, current: Sweep) -> tuple[Score, ...]:
-        """Every open candidate with what its correlation with d(t) is worth, greatest first."""
+        """Scores of all open candidates by partial correlation with d(t), largest net gain first."""
         open_places = set(self._candidates(current))
         at_outliers = at_innovation_outliers(current, self.observable, self.manoeuvres, self.settings)
         chords = [chord for chord in self.chords if chord.place in open_places]
@@ -185,7 +186,7 @@ class _Search:
         return tuple(sorted(screen(*screening), key=lambda score: -net_gain(score, self.settings)))
 
     def enter(self, current: Sweep, scores: Sequence[Score]) -> tuple[Sweep, list[Finding]] | None:
-        """The structure with the likeliest candidate, and what else could stand there; None: none is significant."""
+        """The structure with the likeliest candidate, and its alternatives; None where no candidate is significant."""
         trials = [
             *self._trials(current, shortlisted(scores, current, self.manoeuvres[0], self.settings, self.tested)),
             *self._trials_in_turbulence(current),
@@ -221,7 +222,7 @@ class _Search:
         return None
 
     def _trials(self, current: Sweep, shortlist: Sequence[Score]) -> list[_Trial]:
-        """Fits of the candidates: to first order where trials are held and that is exact, else flown."""
+        """Fits of the candidates: to first order where trials are held and that is exact, else by simulation."""
         linear = [s for s in shortlist if self.settings.kept_statistics and is_linear(s.hypothesis)]
         fits = list(zip(linear, first_order_trials(self.sweeps, current, linear), strict=True))
         for score in sorted((s for s in shortlist if s not in linear), key=lambda score: -score.gain):
@@ -237,7 +238,7 @@ class _Search:
         ]
 
     def _with_own_statistics(self, current: Sweep, trial: _Trial) -> _Trial | None:
-        """A trial as it is compared with the structure before; None where it is not significant or cannot be flown."""
+        """A trial with re-estimated statistics of d(t); None where it is not significant or cannot be simulated."""
         if not self.settings.kept_statistics or trial.sweep.swept.statistics.gust != current.swept.statistics.gust:
             return trial
         new = self._new_parts(current, trial.sweep)
@@ -251,13 +252,13 @@ class _Search:
         return replace(trial, sweep=sweep, penalised_cost=trial.penalised_cost - trial.sweep.cost + sweep.cost)
 
     def _reduces_model_error(self, current: Sweep, trial: Sweep, new: Sequence[Part]) -> bool:
-        """Whether d(t) becomes smaller in some coefficient, and no larger in any, where it is more than rounding.
+        """Whether d(t) decreases in some coefficient, and increases in none, where it is more than rounding.
 
-        Of a sensor only the second is asked: what it shows wrongly need not be in d.
+        A sensor error need only meet the second condition: it need not be in d(t).
         """
         before, after = (sweep.swept.statistics.density for sweep in (current, trial))
         noticed = self.settings.noticed * self.settings.sweeps.least_spread * np.sqrt(self.settings.sweeps.first_memory)
-        # Rounding of one coefficient's d is no price for another's.
+        # A rise of one coefficient's d(t) by rounding does not count against the fall of another's.
         counts = max(noticed, self.settings.least_rise * float(np.max(before - after)))
         if np.any((after > self.settings.most_increase * before) & (after > counts)):
             return False
@@ -268,7 +269,7 @@ class _Search:
         return bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
 
     def _trials_in_turbulence(self, current: Sweep) -> list[_Trial]:
-        """The structure in turbulence, where it is not already and some model error is left."""
+        """The structure in turbulence, where it is not in turbulence yet and some model error remains."""
         if current.swept.statistics.gust is not None or not self.settings.gusts or not self._has_model_error(current):
             return []
         found = []
@@ -287,7 +288,7 @@ class _Search:
         return found
 
     def _exceeds_vane_noise(self, sweep: Sweep, effect: NoiseEffect) -> bool:
-        """Whether the air turns each flow by more than its vane's noise: less is the colour of that noise."""
+        """Whether turbulence moves each vane by more than its noise: less is the colour of that noise."""
         assert sweep.swept.statistics.gust is not None
         sizes = zip(effect.columns, sweep.swept.statistics.gust.values, strict=False)
         pairs = list(zip(self.manoeuvres, self.sweeps.flights.airspeeds, strict=True))
@@ -301,7 +302,7 @@ class _Search:
         return max(current.swept.statistics.spread) > self.settings.noticed * self.settings.sweeps.least_spread
 
     def _fits(self, current: Sweep, score: Score) -> list[Sweep]:
-        """The fit with one more candidate, from the best of its starts; none where it cannot be flown."""
+        """The fit with one more candidate, from the best of its starts; empty where it cannot be simulated."""
         settings = self.settings
         sweeps = []
         starts = self._starts(score)
@@ -322,7 +323,7 @@ class _Search:
         return [min(sweeps, key=lambda sweep: sweep.cost)] if sweeps else []
 
     def _starts(self, score: Score) -> list[Score]:
-        """Where fits of a candidate begin: at its first-order step, and at each trial value of what is not linear."""
+        """Starts of a candidate's fits: its first-order step, or each trial value where it is nonlinear."""
         parameters = [p for active in score.hypothesis.effects for p in active.effect.parameters]
         trials = max((len(parameter.trials) for parameter in parameters), default=1)
         if trials < 2:
@@ -342,7 +343,7 @@ class _Search:
         return [part for part in self.parts(trial) if (part.label, part.time) not in held and part.ratio > 0.0]
 
     def _start_with(self, current: Sweep, score: Score) -> SweptModel:
-        """Where the fit of one more candidate begins."""
+        """Start of the fit with one more candidate."""
         swept, hypothesis = current.swept, score.hypothesis
         effects = hypothesis.at(score.start[len(hypothesis.entries) :], score.trial).effects
         if hypothesis.time is not None:
@@ -356,7 +357,7 @@ class _Search:
         return self.sweeps.flights.carried(swept, further) if effects else further
 
     def _start_without(self, current: Sweep, part: Part) -> SweptModel:
-        """The structure with a part struck out; what it did is left to d(t)."""
+        """Start of the fit without a part, whose effect d(t) takes in."""
         swept = current.swept
         if part.is_disturbance:
             left = replace(swept, statistics=replace(swept.statistics, gust=None))
@@ -369,7 +370,7 @@ class _Search:
         return self.sweeps.flights.carried(swept, left)
 
     def eliminate_insignificant(self, current: Sweep) -> Sweep:
-        """The structure without what later parts have made doubtful."""
+        """Backward elimination of the parts that later parts have made insignificant."""
         while True:
             parts = self.parts(current)
             doubts = [(self._p_value(current, [part]), part) for part in parts]
@@ -379,7 +380,7 @@ class _Search:
             current = self.sweeps.estimate(self._start_without(current, worst[1]))
 
     def _without_explained_turbulence(self, current: Sweep) -> Sweep:
-        """The structure without turbulence that what entered later explains."""
+        """The structure without turbulence where parts that entered later explain it."""
         turbulence = [part for part in self.parts(current) if part.is_disturbance]
         if not turbulence:
             return current
@@ -388,7 +389,7 @@ class _Search:
         return without if without.cost - current.cost < self.settings.price * numbers else current
 
     def significance_of_parts(self, current: Sweep) -> list[tuple[Part, float, float]]:
-        """Each part with the rise of -2 ln L when it is struck out, and its p-value."""
+        """Each part with the rise of -2 ln L when it is removed, and its p-value."""
         rows = []
         for part in self.parts(current):
             if self.settings.kept_statistics:
@@ -399,6 +400,6 @@ class _Search:
                     self._start_without(current, part), sweeps=self.settings.trial_sweeps
                 ).cost
             except EstimationError:
-                struck = current.cost + part.ratio**2  # what its deviation says, where the rest cannot be flown
+                struck = current.cost + part.ratio**2  # by its t-ratio, where the rest cannot be simulated
             rows.append((part, struck - current.cost, self._p_value(current, [part])))
         return rows
