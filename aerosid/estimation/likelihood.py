@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
 from aerosid.estimation.effect_parameters import direction_places
-from aerosid.estimation.effect_responses import input_directions, sense
+from aerosid.estimation.effect_responses import apply_sensor_effects, input_directions
 from aerosid.estimation.effects_in_flight import (
     OutOfRangeError,
     acting_flight,
@@ -267,7 +267,7 @@ class Likelihood:
                 block[:, :, 1 + own + place] = slope[begin:stop]
             acting = (*effects, *tested)
             write_lever_slopes(block, trace.outputs, flight.inputs[begin:stop], manoeuvre, acting, 1 + own)
-            sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
+            apply_sensor_effects(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
             here = present[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)

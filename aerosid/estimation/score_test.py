@@ -1,8 +1,8 @@
-"""Score tests: the gain of hypotheses to first order at the present estimate, before any is fitted.
+"""Score tests: the first-order gain of hypotheses at the present estimate, before any is fitted.
 
-The score test asks what a candidate would gain in likelihood, from its sensitivities through the estimator and without
-fitting it. The corrected covariance counts that residuals of real flights are coloured: plain Cramer-Rao deviations
-are then several times too small.
+The score test predicts a candidate's gain in likelihood from its sensitivities through the estimator, without fitting
+it. The corrected covariance allows for the coloured residuals of real flights, for which the plain Cramer-Rao bounds
+are several times too small.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from aerosid.flight_model.aerodynamics import Entry
 
 @dataclass(frozen=True)
 class Score:
-    """What one hypothesis would bring.
+    """The score of one hypothesis.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Score:
 def score_hypotheses(
     refinement: Refinement, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
 ) -> tuple[Score, ...]:
-    """The hypotheses with the gain in likelihood that each alone would bring, greatest first.
+    """The hypotheses with the predicted gain in likelihood of each alone, greatest first.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class Linearised:
         return _part(moved, np.setdiff1d(self.own, struck, assume_unique=True))
 
     def scores(self) -> tuple[Score, ...]:
-        """What each hypothesis alone would bring, greatest first."""
+        """The score of each hypothesis alone, greatest first."""
         return self._scores(_projection(self.normal, self.gradient, self.present))
 
     def in_place_of(

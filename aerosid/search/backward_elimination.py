@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from scipy.special import chdtri
 
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.search.findings import Part
@@ -54,7 +54,7 @@ def is_jointly_significant(search: StructureSearch, part: Part, loss: float, inf
     log-likelihood between the null value and the estimate is no parabola. Wilks' likelihood ratio, divided by the
     variance inflation of coloured residuals, tests both.
     """
-    if part.active is None or part.ratio == 0.0 or is_sudden(part.active):
+    if part.active is None or part.ratio == 0.0 or is_step_change(part.active):
         return False
     count = len(part.active.values)
     if count < 2 and part.active.effect.kind not in NONLINEAR_KINDS:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
@@ -140,7 +140,7 @@ def _estimate_on_validation(
         fuller.model,
         validation,
         fuller.free,
-        effects=[active for active in completed.effects if not is_sudden(active)],
+        effects=[active for active in completed.effects if not is_step_change(active)],
         variance=completed.variance,
         settings=VALIDATION_ESTIMATE,
     )

@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.alternatives import Alternative
@@ -199,7 +199,7 @@ def _finding(row: EvidenceFinding, decision: EquationErrorDecision, simulated: _
         value=values[0],
         std_error=errors[0],
         unit=active.effect.parameters[0].unit if active is not None else "1",
-        time=moment(active) if active is not None and is_sudden(active) else None,
+        time=instant_of(active) if active is not None and is_step_change(active) else None,
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.asked)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
@@ -215,7 +215,7 @@ def _axes(active: ActiveEffect | None) -> str:
 
 def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
     """Name, value, standard error and unit of each parameter of an effect with several; not of a step's instant."""
-    if active is None or len(active.values) < 2 or is_sudden(active):
+    if active is None or len(active.values) < 2 or is_step_change(active):
         return ()
     return tuple(
         (parameter.name, value, error, parameter.unit)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
 
@@ -30,7 +30,7 @@ class Part:
         """Name, value, standard error and unit of each parameter of an effect that has several or whose one parameter
         needs its name; not of a step's instant.
         """
-        if self.active is None or is_sudden(self.active):
+        if self.active is None or is_step_change(self.active):
             return ()
         kind, names = KINDS.get(self.active.effect.kind), [number.name for number in self.active.effect.parameters]
         if len(self.active.values) < 2 and (kind is None or names == [kind.leading] or not names):
@@ -62,7 +62,7 @@ class Part:
     @property
     def time(self) -> float | None:
         """Of a step change, s."""
-        return moment(self.active) if self.active is not None and is_sudden(self.active) else None
+        return instant_of(self.active) if self.active is not None and is_step_change(self.active) else None
 
 
 @dataclass(frozen=True)

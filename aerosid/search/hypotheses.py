@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aerosid.effects import CATALOGUE, Flown
+from aerosid.effects import CATALOGUE, FlightData
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
@@ -30,7 +30,7 @@ def effect_hypotheses(
     coefficients : sequence of str
         Those that may have a step change; none: no step changes are offered.
     """
-    flights = tuple(_flown(manoeuvre, model.constants) for manoeuvre in manoeuvres)
+    flights = tuple(_flight_data(manoeuvre, model.constants) for manoeuvre in manoeuvres)
     offers = [
         offer
         for family in CATALOGUE
@@ -40,10 +40,10 @@ def effect_hypotheses(
     return tuple(Hypothesis(o.kind, o.where, effects=o.effects, time=o.time) for o in offers)
 
 
-def _flown(manoeuvre: Manoeuvre, constants: Constants) -> Flown:
+def _flight_data(manoeuvre: Manoeuvre, constants: Constants) -> FlightData:
     flight = manoeuvre.flight
     places = {name: manoeuvre.row(name) for name in manoeuvre.outputs}
-    return Flown(
+    return FlightData(
         log=manoeuvre.name,
         time=flight.time,
         inputs=dict(zip(manoeuvre.columns, flight.inputs.T, strict=True)),

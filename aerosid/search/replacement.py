@@ -10,7 +10,7 @@ import numpy as np
 
 from aerosid.effects import KINDS, InputEffect, OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import eliminate_insignificant, variance_inflation
@@ -46,8 +46,8 @@ def replace_parts(
         )
         reduced, trials = replacement_fits(search, current, group, exclusive=exclusive)
         if exclusive:
-            step_changes = sum(map(is_sudden, current.effects))
-            trials = [trial for trial in trials if sum(map(is_sudden, trial.effects)) <= step_changes]
+            step_changes = sum(map(is_step_change, current.effects))
+            trials = [trial for trial in trials if sum(map(is_step_change, trial.effects)) <= step_changes]
             best = _best_replacement(search, trials, current, reduced, cost)
         else:
             best = min(trials, key=cost, default=None)
@@ -155,7 +155,7 @@ def has_competitors(search: StructureSearch, current: Refinement, group: Sequenc
     limits = search.settings.replacement
     negligible_loss = limits.surely_apart * margin
     tolerated_loss = negligible_loss, limits.nearly_all * loss + negligible_loss
-    return any(loss - score.gain < tolerated_loss[score.hypothesis.searched == 0] for score in scores)
+    return any(loss - score.gain < tolerated_loss[score.hypothesis.searched_parameters == 0] for score in scores)
 
 
 def collinear_candidates(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:

@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.sudden import at_given_moment, at_moment, is_sudden, moment
+from aerosid.effects.step_input import at_instant, instant_of, is_step_change, with_fixed_instant
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.swept_model import Sweep
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
@@ -27,7 +27,7 @@ def is_near_step_change(
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
     reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid
-    return any(abs(moment(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_sudden(a))
+    return any(abs(instant_of(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_step_change(a))
 
 
 def thinned(hypotheses: Sequence[Hypothesis], stride: int) -> list[Hypothesis]:
@@ -79,7 +79,7 @@ def at_innovation_outliers(
 def with_free_instant(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
     """A step change whose instant, near `time` s, is a free parameter."""
     log = next(m for m in manoeuvres if m.name == active.log)
-    return at_moment(active, time, active.log, log.interval)
+    return at_instant(active, time, active.log, log.interval)
 
 
 def _at_instant(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
@@ -87,7 +87,7 @@ def _at_instant(hypothesis: Hypothesis, time: float, interval: float) -> Hypothe
     effects = []
     for active in hypothesis.effects:
         effect = active.effect
-        if isinstance(effect, InputEffect) and effect.again is not None:
-            active = replace(active, effect=at_given_moment(effect.again(time, interval)))
+        if isinstance(effect, InputEffect) and effect.at_time is not None:
+            active = replace(active, effect=with_fixed_instant(effect.at_time(time, interval)))
         effects.append(active)
     return replace(hypothesis, effects=tuple(effects), time=time)

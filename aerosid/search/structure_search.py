@@ -18,7 +18,7 @@ from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_parameters
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
 from aerosid.estimation.fit_settings import TRIAL
@@ -93,7 +93,7 @@ class StructureSearch:
         """
         if current.held_to_data > 0.0:
             return False
-        instants = {(active.log, round(moment(active))) for active in current.effects if is_sudden(active)}
+        instants = {(active.log, round(instant_of(active))) for active in current.effects if is_step_change(active)}
         logs = [log for log, _ in instants]
         is_staircase = any(logs.count(log) > 1 for log in logs)
         return is_staircase or bool(self.unexplained_channels(current))
@@ -193,8 +193,8 @@ class StructureSearch:
             return False
         manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
         reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / OFFERED.grid
-        step_changes = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
-        return any(abs(moment(active) - hypothesis.time) < reach for active in step_changes)
+        step_changes = [active for active in current.effects if active.log == manoeuvre.name and is_step_change(active)]
+        return any(abs(instant_of(active) - hypothesis.time) < reach for active in step_changes)
 
     def with_candidate_columns(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
         """The estimate with the input columns that the effects of some hypotheses fill."""

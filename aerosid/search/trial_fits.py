@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from aerosid.effects import ActiveEffect, whole
-from aerosid.effects.sudden import at_moment
+from aerosid.effects import ActiveEffect, with_all_parameters
+from aerosid.effects.step_input import at_instant
 from aerosid.estimation.competing_fits import fit_competing_structures
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
@@ -31,8 +31,8 @@ def shortlisted(search: StructureSearch, scores: Sequence[Score]) -> list[Score]
         known = best_by_label.setdefault(score.hypothesis.label, score)
         if _net_gain(search, score) > _net_gain(search, known):
             best_by_label[score.hypothesis.label] = score
-    splines = [score for score in best_by_label.values() if score.hypothesis.searched]
-    ranked = [score for score in best_by_label.values() if not score.hypothesis.searched]
+    splines = [score for score in best_by_label.values() if score.hypothesis.searched_parameters]
+    ranked = [score for score in best_by_label.values() if not score.hypothesis.searched_parameters]
     chosen = ranked[: search.settings.shortlist]
     # Splines are nearly collinear: the best represents all, where it is about as good as a simpler term.
     chosen += [score for score in splines[:1] if not chosen or score.gain > settings.spline_share * chosen[0].gain]
@@ -79,7 +79,7 @@ def start_with_hypothesis(search: StructureSearch, current: Refinement, score: S
         base = search.with_step_columns(current).model
     if hypothesis.time is not None:
         effects = tuple(with_free_instant(search, active, hypothesis.time) for active in effects)
-    effects = tuple(whole(active) for active in effects)
+    effects = tuple(with_all_parameters(active) for active in effects)
     base = with_columns_of(base, effects).extended(hypothesis.entries)
     point = None
     if not effects and current.held_to_data == 0.0 and search.last_linearised is not None:
@@ -100,7 +100,7 @@ def with_free_instant(search: StructureSearch, active: ActiveEffect, time: float
     """A step change whose instant, near `time` s, is a free parameter."""
     manoeuvre = next(m for m in search.manoeuvres if m.name == active.log)
     interval = manoeuvre.interval
-    return at_moment(active, time, active.log, interval)
+    return at_instant(active, time, active.log, interval)
 
 
 def removable_penalty(search: StructureSearch, trial: Refinement | Start, current: Refinement) -> float:

@@ -82,7 +82,7 @@ def test_columns_are_the_slopes_of_the_outputs(name: str, planted: Planted) -> N
         wanted.append(slope(lambda s, row=row: answered(model, manoeuvre, effect, state + s * row), size))
     for n in range(effect.slopes):
         size = effect.effect.parameters[n].step
-        wanted.append(slope(lambda s, n=n: answered(model, manoeuvre, effect.beside(n, s), state), size))
+        wanted.append(slope(lambda s, n=n: answered(model, manoeuvre, effect.perturbed(n, s), state), size))
     assert part.columns.shape[2] == len(wanted)
     for n, column in enumerate(wanted):
         size = np.abs(column).max()

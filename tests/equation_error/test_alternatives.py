@@ -44,7 +44,7 @@ def test_what_is_asked_again_within_other_limits_is_as_if_it_were_asked_first() 
 
 def test_a_search_that_cannot_win_ends_before_its_first_step() -> None:
     found = late_vane().selected.estimate
-    start = replace(found.point, effects=tuple(a.beside(0, 0.5 * a.values[0]) for a in found.point.effects))
+    start = replace(found.point, effects=tuple(a.perturbed(0, 0.5 * a.values[0]) for a in found.point.effects))
     promised: list[float] = []
 
     def may_win(full: object) -> bool:

@@ -46,7 +46,7 @@ def test_directions_are_differences_of_the_whole_chain(effects: Sequence[ActiveE
     extra, wanted = len(model.extra_columns), []
     for place, active in enumerate(effects):
         for n, parameter in enumerate(active.effect.parameters):
-            sides = [active.beside(n, sign * parameter.step) for sign in (1.0, -1.0)]
+            sides = [active.perturbed(n, sign * parameter.step) for sign in (1.0, -1.0)]
             ends = [
                 acting_flight(model, manoeuvre, [*effects[:place], side, *effects[place + 1 :]])[0].inputs
                 for side in sides

@@ -37,7 +37,7 @@ def test_slopes_by_a_place_are_those_of_whole_simulations(values: dict[str, dict
         for axis in range(3):
             sides = []
             for step in (STEP, -STEP):
-                flight, _ = acting_flight(model, manoeuvre, [active.beside(axis, step)])
+                flight, _ = acting_flight(model, manoeuvre, [active.perturbed(axis, step)])
                 sides.append(simulate_outputs(state, flight, numbers, model.table, model.constants)[0])
             expected = (sides[0] - sides[1]) / (2.0 * STEP)
             np.testing.assert_allclose(found[:, :, 3 * n + axis], expected, atol=1e-9)

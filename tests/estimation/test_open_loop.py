@@ -10,7 +10,7 @@ from problems import NOISE, Problem
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.step_change import step_change
-from aerosid.effects.sudden import moment
+from aerosid.effects.step_input import instant_of
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
@@ -44,10 +44,10 @@ def test_a_jump_is_placed_where_it_happened_on_another_flight(time: float) -> No
     model, manoeuvre = flown((replace(JUMP, values=(-0.01, time), log="second"),), 3)
     (placed,) = on_log(found(model, manoeuvre), manoeuvre)
     assert placed.log == "second"
-    assert moment(placed) == pytest.approx(time, abs=0.1)
+    assert instant_of(placed) == pytest.approx(time, abs=0.1)
     # And no fit of the initial state with the jump elsewhere comes nearer to the record.
     errors = [
-        squares(model, manoeuvre, replace(placed, values=(-0.01, moment(placed) + off))) for off in (0.0, -0.5, 0.5)
+        squares(model, manoeuvre, replace(placed, values=(-0.01, instant_of(placed) + off))) for off in (0.0, -0.5, 0.5)
     ]
     assert errors[0] < min(errors[1:])
 

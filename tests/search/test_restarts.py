@@ -49,7 +49,7 @@ def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -
     plain = likelihood.evaluate(model.values, (manoeuvre.first_state,), (), at)
     assert plain is not None
     assert point.cost == plain.cost
-    variance = point.likeliest_variance(likelihood.variance_floor)
+    variance = point.maximum_likelihood_variance(likelihood.variance_floor)
     ratio = point.variance / variance
     normal = np.einsum("i,ijk->jk", ratio, point.normals)
     step = np.linalg.lstsq(normal, ratio @ point.gradients, rcond=1e-12)[0]

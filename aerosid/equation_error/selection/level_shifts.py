@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import joined
@@ -97,7 +97,7 @@ def sudden_elsewhere(base: Estimate, coefficients: Sequence[str], rules: Rules) 
 
 def comes_again(shifts: Sequence[ActiveEffect], hypothesis: Hypothesis) -> bool:
     """Whether a sudden change happens on an unseen recording too: that cannot refute it by being there."""
-    return any(is_sudden(active) for active in hypothesis.effects) and any(
+    return any(is_step_change(active) for active in hypothesis.effects) and any(
         (active.effect.kind, active.effect.where) == (hypothesis.kind, hypothesis.where) for active in shifts
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.regression.design import compares_all
 from aerosid.equation_error.regression.estimate import Estimate, estimate, weights_on
 from aerosid.equation_error.regression.moderated_test import chance_of
@@ -70,7 +70,10 @@ def _of_few_blocks(search: CoefficientSearch, selected: Selected, fitted: Select
         return None
     for each in selected.chosen:
         hypothesis = each.hypothesis
-        if any(is_sudden(active) for active in hypothesis.effects) or told_apart(hypothesis) in search.rules.support:
+        if (
+            any(is_step_change(active) for active in hypothesis.effects)
+            or told_apart(hypothesis) in search.rules.support
+        ):
             continue
         chance = min(
             (chance_of(found.design, found.solution, place, away) for place, away in distances(found, hypothesis)),

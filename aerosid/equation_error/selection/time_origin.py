@@ -88,4 +88,4 @@ def _later(active: ActiveEffect, shift: float) -> ActiveEffect:
     """A timing that is free, later by the shift; any other effect as it is."""
     if active.effect.kind not in LATE or not active.values:
         return active
-    return active.beside(0, shift)
+    return active.perturbed(0, shift)

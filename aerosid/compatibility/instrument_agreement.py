@@ -1,4 +1,4 @@
-"""Results of the data compatibility check from sensor faults that the kinematic equations prove."""
+"""Results of the data compatibility check from instrument errors identified by the kinematic equations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aerosid.compatibility.agreement import (
     InstrumentFinding,
     KinematicConsistency,
     MovingAir,
-    told,
+    findings_sentence,
 )
 from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects import ActiveEffect, PositionEffect
@@ -28,29 +28,31 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 from aerosid.signals.fit_statistics import whiteness
 
-SEES = {"w": "alpha", "u": "V"}
-"""The sensor that sees the air move along each body axis."""
+OBSERVED_BY = {"w": "alpha", "u": "V"}
+"""The sensor that measures turbulence along each body axis."""
 
 
 def agreement_of(
-    faults: ProvedFaults, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
+    instrument_errors: ProvedFaults, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
 ) -> KinematicConsistency:
-    """What the proved faults say of the instruments of all recordings.
+    """The data compatibility result from the identified instrument errors of all recordings.
 
     Residuals are those of the channels in the band of the motion.
     """
-    selected = faults.selected
+    selected = instrument_errors.selected
     found = selected.estimate
     covariance = corrected_covariance(found.design, found.solution)
-    asked = len(faults.asked)
+    tested = len(instrument_errors.asked)
     rows = findings_of(found, covariance, selected.chosen, worth_of(selected))
     findings = tuple(
-        _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, asked) for row in rows
+        _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, tested) for row in rows
     )
     others: dict[tuple[str, str, str], list[InstrumentFinding]] = {}
-    for other in alternatives_of(selected, [hypothesis for hypothesis in faults.asked if of_sensors(hypothesis)]):
-        said = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, asked)
-        others.setdefault(other.instead_of.label, []).append(said)
+    for other in alternatives_of(
+        selected, [hypothesis for hypothesis in instrument_errors.asked if of_sensors(hypothesis)]
+    ):
+        alternative = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, tested)
+        others.setdefault(other.instead_of.label, []).append(alternative)
     groups = tuple(
         (finding, *others[row.hypothesis.label])
         for row, finding in zip(rows, findings, strict=True)
@@ -58,26 +60,26 @@ def agreement_of(
     )
     moving = tuple(_moving_air(found, settings))
     air = tuple(each for each in moving if each.length <= settings.longest_scale)
-    notes = (*notes, *(_told_of_drift(each) for each in moving if each not in air))
+    notes = (*notes, *(_note_on_drift(each) for each in moving if each not in air))
     return KinematicConsistency(
         tuple(dict.fromkeys(recording.name for recording in found.frame.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
         findings,
         groups,
         air,
-        tuple(_channels(faults.declared, found, settings)),
-        told(findings, groups, air),
+        tuple(_channels(instrument_errors.declared, found, settings)),
+        findings_sentence(findings, groups, air),
         notes,
     )
 
 
 def _finding(
-    kind: str, active: ActiveEffect | None, value: float, std_error: float, gain: float, asked: int
+    kind: str, active: ActiveEffect | None, value: float, std_error: float, gain: float, tested: int
 ) -> InstrumentFinding:
-    assert active is not None  # faults of instruments are effects
+    assert active is not None  # instrument errors are effects
     effect, parameter = active.effect, active.effect.parameters[0]
     distance = abs(value - parameter.null) / std_error if std_error > 0.0 else np.inf
-    chance = float(min(1.0, 2.0 * ndtr(-distance) * asked))
+    chance = float(min(1.0, 2.0 * ndtr(-distance) * tested))
     axis = effect.axes[0] if isinstance(effect, PositionEffect) else ""
     return InstrumentFinding(kind, effect.where, axis, value, std_error, parameter.unit, chance, 2.0 * gain)
 
@@ -88,8 +90,8 @@ def _segments(found: Estimate, channel: str) -> list[int]:
 
 
 def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[MovingAir]:
-    """The air along each axis where what its sensor leaves over the path is more than noise and lasts."""
-    for axis, channel in SEES.items():
+    """Turbulence along each axis whose sensor has a residual above noise and of sufficient memory."""
+    for axis, channel in OBSERVED_BY.items():
         seen: list[NDArray[np.float64]] = []
         noise, memories = 0.0, []
         for s in _segments(found, channel):
@@ -110,15 +112,15 @@ def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[Mo
             yield MovingAir(axis, sigma, memory * speed)
 
 
-def _told_of_drift(slow: MovingAir) -> str:
-    """What wanders too slowly for turbulence may be."""
+def _note_on_drift(slow: MovingAir) -> str:
+    """Possible causes of a low-frequency drift, too slow for turbulence."""
     why = {
-        "w": "a zero of alpha, a_z or q that changes, or air that rises and sinks.",
-        "u": "a zero of a_x or theta that is no constant fault's, or wind that changes.",
+        "w": "a varying bias of alpha, a_z or q, or vertical wind that changes.",
+        "u": "a varying bias of a_x or theta, or wind that changes.",
     }
     return (
-        f"{SEES[slow.axis]} and the path drift apart by {number(slow.sigma, 2)} m/s over {number(slow.length, 2)} m: "
-        f"{why[slow.axis]}"
+        f"{OBSERVED_BY[slow.axis]} and the path drift apart by {number(slow.sigma, 2)} m/s over "
+        f"{number(slow.length, 2)} m: {why[slow.axis]}"
     )
 
 
@@ -131,7 +133,7 @@ def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings
             float(np.sqrt(np.mean(np.concatenate([at.solution.residuals[at.design.rows(s)] for s in own]) ** 2)))
             for at in (before, after)
         )
-        said = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
-        white = all(each is None or each.p_value >= settings.coloured for each in said)
+        tests = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
+        white = all(each is None or each.p_value >= settings.coloured for each in tests)
         noise = float(manoeuvre.noise[manoeuvre.row(channel)])
         yield ChannelAgreement(log, channel, CHANNELS[channel].unit, alone, corrected, noise, white)

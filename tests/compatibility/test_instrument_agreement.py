@@ -5,7 +5,7 @@ import pytest
 from equations_decided import proved
 
 from aerosid.compatibility import Agreement, KinematicConsistency
-from aerosid.compatibility.proved_agreement import agreement_of
+from aerosid.compatibility.instrument_agreement import agreement_of
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 
