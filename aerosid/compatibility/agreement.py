@@ -133,7 +133,9 @@ def findings_sentence(
         sentence = describe(finding)
         others = next((group[1:] for group in groups if group[0] == finding), ())
         if others:
-            sentence += f" (or {', or '.join(describe(other) for other in others)}: not distinguishable on these flights)"
+            sentence += (
+                f" (or {', or '.join(describe(other) for other in others)}: not distinguishable on these flights)"
+            )
         parts.append(sentence)
     parts += [
         f"turbulence, sigma_{gust.axis} = {number(gust.sigma, 2)} m/s, scale length {number(gust.length, 2)} m"

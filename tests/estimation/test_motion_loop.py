@@ -112,7 +112,7 @@ def test_derivatives_are_those_of_whole_simulations(effects: tuple[ActiveEffect,
             assert_allclose(found[log][:, :, n], wanted, rtol=0.0, atol=2e-4 * size.max() + 1e-9, err_msg=f"{n} {log}")
 
 
-def test_a_frozen_effect_moves_with_the_motion_all_the_same() -> None:
+def test_a_frozen_effect_still_depends_on_the_motion() -> None:
     """Its numbers are no parameters, but the other columns are those beside the free one."""
     effects = (LIFTED, SEPARATING)
     model, manoeuvre = flown(effects)
@@ -136,7 +136,7 @@ def test_stretches_join(monkeypatch: pytest.MonkeyPatch) -> None:
     assert_allclose(np.concatenate([part.columns for part in parts]), whole.columns, rtol=1e-12, atol=1e-12)
 
 
-def test_sensitivities_beyond_all_bounds_are_none_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unbounded_sensitivities_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stalled flow can hold a motion that runs away below the limit of alpha: no square of its columns is taken."""
     model, manoeuvre = flown((SEPARATING,))
     likelihood = Likelihood(model, (manoeuvre,), model.entries[:10], False)

@@ -40,7 +40,7 @@ def flown(changes: tuple[ActiveEffect, ...], seed: int) -> tuple[AerodynamicMode
 
 
 @pytest.mark.parametrize("time", [1.7, 4.52, 9.3])
-def test_a_jump_is_placed_where_it_happened_on_another_flight(time: float) -> None:
+def test_the_instant_of_a_step_change_is_estimated_on_another_flight(time: float) -> None:
     model, manoeuvre = flown((replace(JUMP, values=(-0.01, time), log="second"),), 3)
     (placed,) = on_log(found(model, manoeuvre), manoeuvre)
     assert placed.log == "second"
@@ -52,7 +52,7 @@ def test_a_jump_is_placed_where_it_happened_on_another_flight(time: float) -> No
     assert errors[0] < min(errors[1:])
 
 
-def test_a_flight_without_the_jump_is_left_without_it() -> None:
+def test_a_flight_without_the_step_change_is_simulated_without_it() -> None:
     model, manoeuvre = flown((), 4)
     assert on_log(found(model, manoeuvre), manoeuvre) == ()
 

@@ -212,7 +212,7 @@ def test_the_initial_state_may_not_be_moved_by_the_caller() -> None:
     assert (start == given).all()
 
 
-def test_a_prediction_that_tumbles_says_so() -> None:
+def test_a_prediction_outside_the_range_is_reported() -> None:
     model, flight, start = make(Problem(UNSTABLE, amplitude=0.01, duration=2.0), 7)
     wild = flight.inputs.copy()
     wild[:, 8] += 0.6

@@ -170,7 +170,7 @@ CATALOGUE = [
     "planted",
     [pytest.param(p, id=f"{p.kind} {p.where}", marks=[pytest.mark.slow] if p.slow else []) for p in CATALOGUE],
 )
-def test_a_planted_effect_comes_first_with_its_number(planted: Planted) -> None:
+def test_a_planted_effect_is_the_first_finding_with_its_value(planted: Planted) -> None:
     found, verdict = searched(planted.log())
     assert found.findings, verdict
     first = found.findings[0]
@@ -196,7 +196,7 @@ def test_a_rate_limit_of_any_size_is_named(rate: float) -> None:
 
 
 @pytest.mark.slow
-def test_an_effect_that_no_catalogue_holds_blames_no_sensor() -> None:
+def test_an_effect_outside_the_catalogue_is_not_named_as_a_sensor_error() -> None:
     """Elevator power falls with pitch rate and hangs on: less by 40 % for 0.4 s after each fast pitch-up."""
     problem = replace(FLIGHT, undeclared={("C_m", "vane_2*delta_e"): 0.8})
     level = trim(Problem().truth, 100.0, LIGHT.density, LIGHT.mass)
@@ -222,7 +222,7 @@ def stalling_with_a_slow_gyro() -> tuple[Problem, FlightLog]:
 
 
 @pytest.mark.slow
-def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
+def test_flow_separation_is_found_together_with_a_rate_gyro_lag() -> None:
     """Six numbers are asked late: a spline of alpha and the lag together must not keep them out."""
     found, _ = searched(stalling_with_a_slow_gyro()[1])
     kinds = {(finding.kind, finding.where): finding.value for finding in found.findings}
@@ -230,7 +230,7 @@ def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
     assert kinds["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)
 
 
-def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None:
+def test_other_effects_are_found_after_separation_entered_first() -> None:
     """Names that only look like a stall, once in, keep it out: where it is most of what is missing it comes first."""
     problem, log = stalling_with_a_slow_gyro()
     model, manoeuvre = problem.prepared(log)

@@ -32,7 +32,7 @@ def names(result: ClosedLoop) -> list[tuple[str, str]]:
     return [(effect.kind, effect.where) for effect in result.effects]
 
 
-def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_path: Path) -> None:
+def test_ground_effect_is_named_though_its_gain_and_reach_are_correlated(tmp_path: Path) -> None:
     """On a short flight neither number is certain, and what both do together is."""
     result = loop(901, 16, tmp_path)
     assert names(result) == [("ground_effect", "C_Z")]
@@ -42,7 +42,7 @@ def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_pa
 
 
 @pytest.mark.slow
-def test_one_jump_is_weighed_without_the_two_that_were_tried_with_it(tmp_path: Path) -> None:
+def test_the_penalty_of_one_step_change_is_without_the_two_tried_with_it(tmp_path: Path) -> None:
     """The centre of gravity moves with two numbers; all coefficients at once jump with six, one of them with two."""
     result = loop(901, 8, tmp_path)
     assert names(result) == [("step_change", "C_m")]
@@ -51,20 +51,20 @@ def test_one_jump_is_weighed_without_the_two_that_were_tried_with_it(tmp_path: P
 
 
 @pytest.mark.slow
-def test_a_surface_seconds_behind_its_record_is_found_from_many_limits(tmp_path: Path) -> None:
+def test_a_surface_seconds_behind_its_record_is_found_from_a_profile_of_limits(tmp_path: Path) -> None:
     result = loop(901, 23, tmp_path)
     assert names(result) == [("control_rate_limit", "delta_e")]
     assert result.effects[0].value == pytest.approx(0.039, rel=0.02)
 
 
 @pytest.mark.slow
-def test_separation_is_looked_for_where_only_the_other_flight_shows_that_terms_do_not_explain_it(
+def test_separation_is_tried_where_only_the_validation_flight_shows_the_terms_to_be_inadequate(
     tmp_path: Path,
 ) -> None:
     assert names(loop(901, 31, tmp_path)) == [("flow_separation", "C_Z")]
 
 
-def test_gusts_that_kinematics_show_are_told_from_noise_that_a_vane_remembers(tmp_path: Path) -> None:
+def test_gusts_shown_by_kinematics_are_distinguished_from_coloured_vane_noise(tmp_path: Path) -> None:
     """Which is a first guess alone: what the forces say of it decides."""
     seen = {}
     for plant, number in (("one", 10), ("one", 31), ("one", 33), ("two", 13)):
@@ -77,7 +77,7 @@ def test_gusts_that_kinematics_show_are_told_from_noise_that_a_vane_remembers(tm
 
 
 @pytest.mark.slow
-def test_a_gust_and_a_wrong_scale_are_found_together(tmp_path: Path) -> None:
+def test_a_gust_and_a_scale_factor_error_are_found_together(tmp_path: Path) -> None:
     """By the equations, which decide where kinematics do not close, and by the likelihood."""
     result = loop(901, 9, tmp_path, "two")
     assert result.decided_by == "equations"
@@ -95,12 +95,12 @@ def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
     assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}
 
 
-def test_one_of_several_jumps_stays_beside_the_separation_that_the_others_were(tmp_path: Path) -> None:
+def test_one_of_several_step_changes_is_retained_with_the_separation_that_explains_the_others(tmp_path: Path) -> None:
     assert set(names(loop(902, 2, tmp_path, "two"))) == {("cg_shift", "x"), ("flow_separation", "C_Z")}
 
 
 @pytest.mark.slow
-def test_separation_is_looked_for_in_place_of_many_terms_that_explain_a_flight_together(tmp_path: Path) -> None:
+def test_separation_is_tried_in_place_of_many_terms(tmp_path: Path) -> None:
     assert set(names(loop(902, 18, tmp_path, "two"))) == {("sensor_scale", "a_z"), ("flow_separation", "C_Z")}
 
 
@@ -111,7 +111,7 @@ def left_wrong(log: FlightLog) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_samples_that_hang_are_no_noise_and_noise_that_remembers_is(seed: int) -> None:
+def test_held_samples_are_no_noise_and_coloured_noise_is(seed: int) -> None:
     generator = np.random.default_rng(seed)
     log, quiet = Problem().fly(seed), Problem(noise=SILENT).fly(seed)
     hanging = log["q"].copy()
@@ -125,7 +125,9 @@ def test_samples_that_hang_are_no_noise_and_noise_that_remembers_is(seed: int) -
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 4, 12])
-def test_what_no_catalogue_holds_is_not_told_as_explained_nor_as_a_sensor_s_fault(number: int, tmp_path: Path) -> None:
+def test_an_effect_outside_the_catalogue_is_neither_explained_nor_named_as_a_sensor_error(
+    number: int, tmp_path: Path
+) -> None:
     """A surface that floats, a rate gyro with a dead band, and a slow drift of the pitching moment.
 
     A term, or the air, may stand for a part of it, as long as it predicts the unseen flight no worse than the benchmark

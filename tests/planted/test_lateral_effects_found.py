@@ -92,7 +92,7 @@ CATALOGUE = [
 @pytest.mark.parametrize(
     "planted", [pytest.param(p, id=" ".join(p.name), marks=[pytest.mark.slow] if p.slow else []) for p in CATALOGUE]
 )
-def test_what_is_missing_is_named_with_its_number(planted: Planted) -> None:
+def test_a_missing_effect_is_named_with_its_value(planted: Planted) -> None:
     result = closed(planted.flight, planted.declared)
     assert [(each.kind, each.where, each.term) for each in result.effects] == [planted.name]
     (effect,) = result.effects
@@ -103,7 +103,7 @@ def test_what_is_missing_is_named_with_its_number(planted: Planted) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("declared", [SIDE, BOTH], ids=["lateral", "six degrees of freedom"])
-def test_turbulence_from_the_side_is_named_as_such(declared: Mapping[tuple[str, str], float]) -> None:
+def test_lateral_turbulence_is_named_as_such(declared: Mapping[tuple[str, str], float]) -> None:
     generator, remembered = np.random.default_rng(5), np.exp(-SPEED * 0.04 / 150.0)
     air = [0.0]
     for shock in generator.standard_normal(TIME.size - 1):
@@ -114,7 +114,7 @@ def test_turbulence_from_the_side_is_named_as_such(declared: Mapping[tuple[str, 
 
 
 @pytest.mark.slow
-def test_a_product_of_inertia_stands_beside_the_commoner_name() -> None:
+def test_a_product_of_inertia_is_an_alternative_to_the_commoner_name() -> None:
     """Rolling moment of the ailerons that yaws through I_xz is C_n delta_a to all but fast rolls."""
     declared = {entry: value for entry, value in SIDE.items() if entry != ("C_n", "delta_a")}
     flight = Lateral(extra={("C_n", "delta_a"): 0.0}, inertia=(*INERTIA[:3], INERTIA[3] + 3000.0))

@@ -47,7 +47,7 @@ def test_each_record_is_simulated_with_its_own_constants(joint: ClosedLoop) -> N
         assert row.after < 1.15 * commuter.NOISE[row.channel]
 
 
-def test_a_part_is_struck_out_of_the_start_though_its_numbers_and_moment_have_moved() -> None:
+def test_an_eliminated_part_is_removed_from_the_start_though_its_values_have_changed() -> None:
     begun = tuple(ActiveEffect(step_change(name, 6.8, 0.04), (3e-4, 6.8), "one") for name in ("C_n", "C_l"))
     moved = tuple(ActiveEffect(step_change(name, 7.7, 0.04), (1e-5, 7.7), "one") for name in ("C_n", "C_l"))
     gone = Part(None, moved[0], 1e-5, 0.0, 6e-5)

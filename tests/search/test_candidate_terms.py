@@ -45,7 +45,7 @@ def asked(*logs: FlightLog) -> set[tuple[str, str]]:
     return {(coefficient, str(term)) for coefficient, term in candidate_entries(LIGHT, logs)}
 
 
-def test_channels_that_move_are_asked_for_in_every_coefficient() -> None:
+def test_channels_that_vary_are_candidates_in_every_coefficient() -> None:
     log = flown(
         {}, {"delta_h": trimming, "speed_brake": lambda t: 1.0 * (t > 6.0), "delta_f": lambda t: 0.2 + 0.0 * t}, 9
     )
@@ -57,7 +57,7 @@ def test_channels_that_move_are_asked_for_in_every_coefficient() -> None:
     assert ("C_m", "delta_h") not in asked(log, with_channels(log, delta_h=None))
 
 
-def test_an_answer_of_the_aircraft_is_no_input() -> None:
+def test_a_response_of_the_aircraft_is_no_input() -> None:
     log = flown({}, duration=9.0)
     noise = np.random.default_rng(0).standard_normal((2, log.time.size))
     answers = {"n_z": -log["a_z"] / 9.81 + 0.01 * noise[0], "gamma": log["theta"] - log["alpha"]}
@@ -69,7 +69,7 @@ def test_an_answer_of_the_aircraft_is_no_input() -> None:
     assert not named & {"n_z", "gamma", "hiss"}
 
 
-def test_thrust_and_mach_are_asked_for_where_they_vary() -> None:
+def test_thrust_and_mach_are_candidates_where_they_vary() -> None:
     log = flown({}, duration=9.0)
     swinging = with_channels(log, thrust=log["thrust"] * (1.0 + 0.2 * np.sin(log.time)), mach=log["V"] / 340.0)
     assert {("C_X", "C_T"), ("C_m", "C_T"), ("C_Z", "mach"), ("C_m", "alpha*mach")} <= asked(swinging)
@@ -120,7 +120,7 @@ def test_planted_terms_are_named(coefficient: str, text: str, value: float) -> N
 
 
 @pytest.mark.slow
-def test_what_a_flight_cannot_tell_apart_costs_no_second_name() -> None:
+def test_indistinguishable_terms_are_not_both_named() -> None:
     """On an elevator of three levels its square and its cube are one function."""
     result = close_loop([flown({("C_m", "delta_e^2"): 6.0})], LIGHT)
     assert len(result.effects) == 1
@@ -128,7 +128,7 @@ def test_what_a_flight_cannot_tell_apart_costs_no_second_name() -> None:
     assert {("C_m", "delta_e^2")} <= told
 
 
-def test_attitude_is_asked_of_the_pitching_moment_where_it_is_recorded_and_moves() -> None:
+def test_attitude_is_a_candidate_of_the_pitching_moment_where_it_is_recorded_and_varies() -> None:
     log = flown({}, duration=9.0)
     turning = with_channels(log, phi=0.3 * np.sin(log.time))
     assert float(np.ptp(log["theta"])) > 0.1

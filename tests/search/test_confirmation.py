@@ -38,7 +38,7 @@ def asked_of(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed,
     return confirmed_terms(search, before, [drag], [problem.prepared(log)[1]])
 
 
-def test_a_suggested_term_is_confirmed_by_a_flight_that_shows_it_by_itself() -> None:
+def test_a_suggested_term_is_confirmed_by_an_independent_estimate_of_another_flight() -> None:
     (drag,) = asked_of(ELSEWHERE, 11)
     assert (drag.entry[0], str(drag.entry[1])) == DRAG
     assert drag.value == pytest.approx(3.6, abs=3.0 * drag.std_error)
@@ -61,7 +61,7 @@ def test_without_another_flight_nothing_is_confirmed() -> None:
     assert confirmed_terms(search, before, drag, []) == ()
 
 
-def test_what_another_flight_confirms_is_among_the_findings_with_the_chance_that_it_is_wrong() -> None:
+def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
     """With a search so strict that it proves little, the same drag is named only beside the flight that shows it."""
     small, elsewhere = (replace(problem, undeclared={DRAG: 0.15}) for problem in (WITH, ELSEWHERE))
     model, manoeuvre = small.prepared(shaken(small.fly(), 5))
@@ -85,7 +85,7 @@ def test_what_another_flight_confirms_is_among_the_findings_with_the_chance_that
 
 
 @pytest.mark.slow
-def test_chance_confirms_as_seldom_as_is_said() -> None:
+def test_false_confirmations_are_as_rare_as_designed() -> None:
     """More come up once in a thousand runs at the stated share, and in nine of ten where it is one in ten."""
     most = int(binom.isf(1e-3, 60, USUAL.confirmed))
     assert binom.sf(most, 60, 0.1) > 0.9

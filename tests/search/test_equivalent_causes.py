@@ -54,7 +54,7 @@ def test_an_arm_of_the_thrust_yaws_as_the_suites_equations_do() -> None:
         ("C_l", 0.03 * MASS * 9.80665 / (level()[2] * SPAN), "cg_shift", "y", 0.03),
     ],
 )
-def test_the_arm_stands_beside_the_step(term: str, size: float, kind: str, where: str, arm: float) -> None:
+def test_the_lever_arm_is_an_alternative_to_the_step(term: str, size: float, kind: str, where: str, arm: float) -> None:
     flight = Lateral(extra={(term, "C_T*x_1"): 1.0}, inputs={"x_1": from_then_on(size)})
     result = close_loop([flight.log()], aircraft(SIDE), settings=QUICK)
     assert [(each.kind, each.where) for each in result.effects] == [("step_change", term)]

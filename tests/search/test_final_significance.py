@@ -47,14 +47,14 @@ def ratio_of(found: Attribution, coefficient: str) -> float:
     return abs(finding.value) / finding.std_error
 
 
-def test_what_stands_is_left_as_it_is() -> None:
+def test_significant_findings_are_unchanged() -> None:
     search, found = searched()
     assert set(found.terms) == {entry(*DRAG), entry(*MOMENT)}
     assert eliminate_by_wald_test(found, search) is found
     assert note_on_eliminated(found, 3.0) == []
 
 
-def test_what_does_not_stand_goes_and_the_rest_is_estimated_without_it() -> None:
+def test_an_insignificant_finding_is_eliminated_and_the_rest_re_estimated() -> None:
     _, found = searched()
     weak, strong = ratio_of(found, "C_m"), ratio_of(found, "C_X")
     assert 2.0 * weak < strong
@@ -71,7 +71,7 @@ def test_what_does_not_stand_goes_and_the_rest_is_estimated_without_it() -> None
     assert "C_m alpha^2" in sentence
 
 
-def test_where_nothing_stands_the_declared_structure_is_left() -> None:
+def test_the_declared_structure_remains_where_nothing_is_significant() -> None:
     search = search_requiring(1e6)
     held = eliminate_by_wald_test(searched()[1], search)
     assert (held.findings, held.alternatives, len(held.eliminated)) == ((), (), 2)
@@ -80,7 +80,7 @@ def test_where_nothing_stands_the_declared_structure_is_left() -> None:
 
 
 @pytest.mark.parametrize(("sign", "named"), [(1.0, True), (-1.0, False)])
-def test_a_number_that_another_flight_contradicts_is_not_named(sign: float, named: bool) -> None:
+def test_a_term_whose_sign_another_flight_contradicts_is_not_named(sign: float, named: bool) -> None:
     search, found = searched()
     (drag,) = [finding for finding in found.findings if finding.entry == entry(*DRAG)]
     elsewhere = Confirmed(SuggestedTerm(drag, 3.5, 5.0), sign * drag.value, 0.1 * abs(drag.value), 1e-6)
@@ -90,7 +90,7 @@ def test_a_number_that_another_flight_contradicts_is_not_named(sign: float, name
     assert len(note_on_confirmed(held.confirmed, ["another"], held.findings)) == named
 
 
-def test_p_is_that_of_the_number_beside_it() -> None:
+def test_the_p_value_is_that_of_the_reported_estimate() -> None:
     search, found = searched()
     for finding in found.findings:
         own = 2.0 * norm.sf(abs(finding.value) / finding.std_error) * len(search.hypotheses)

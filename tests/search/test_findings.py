@@ -21,7 +21,7 @@ SHIFT = Finding(
 )
 
 
-def test_an_alternative_at_two_moments_is_listed_once_at_the_likelier() -> None:
+def test_an_alternative_at_two_instants_is_listed_once_at_the_likelier() -> None:
     likelier = replace(SHIFT, time=55.0, gain=-1.0)
     jump = replace(SHIFT, kind="step_change", where="C_m")
     elsewhere = replace(SHIFT, instead_of="C_m C_T")

@@ -51,7 +51,7 @@ def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np
     return float(rest @ rest)
 
 
-def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> None:
+def test_alphadot_is_reported_as_indistinguishable_from_a_vane_lag_in_one_coefficient() -> None:
     log = QUIET.fly()
     true = log["alpha"]
     _, late, _ = lsim(([1.0 / LAG], [1.0, 1.0 / LAG]), true - true[0], log.time)
@@ -82,7 +82,7 @@ def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> N
     assert "favour the effect" in sentence
 
 
-def test_nothing_stands_beside_a_term_nor_beside_a_fault_that_no_term_looks_like() -> None:
+def test_no_term_is_reported_for_a_term_or_for_an_error_that_no_term_imitates() -> None:
     squares = Problem(undeclared={("C_m", "alpha^2"): -1.7})
     found, rivals = judged(squares, squares.fly())
     assert [(f.where, f.term) for f in found.findings] == [("C_m", "alpha^2")]

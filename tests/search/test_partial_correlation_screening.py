@@ -37,7 +37,7 @@ def screened() -> tuple[list[Score], list[Score]]:
     return tuple(screen(sweeps, current, hypotheses, chords, each, len(hypotheses)) for each in (settings, few))  # type: ignore[return-value]
 
 
-def test_pieces_score_every_candidate_as_all_at_once(screened: tuple[list[Score], list[Score]]) -> None:
+def test_batches_score_every_candidate_as_all_at_once(screened: tuple[list[Score], list[Score]]) -> None:
     whole, pieces = ({score.hypothesis: score for score in scores} for scores in screened)
     assert whole.keys() == pieces.keys()
     assert len(whole) > 100
@@ -49,7 +49,7 @@ def test_pieces_score_every_candidate_as_all_at_once(screened: tuple[list[Score]
         np.testing.assert_allclose(other.start, score.start, rtol=1e-6, atol=1e-12)
 
 
-def test_the_missing_term_leads_the_terms(screened: tuple[list[Score], list[Score]]) -> None:
+def test_the_missing_term_has_the_largest_score_of_the_terms(screened: tuple[list[Score], list[Score]]) -> None:
     terms = [score for score in screened[0] if score.hypothesis.is_plain_term]
     best = max(terms, key=lambda score: score.gain)
     assert best.hypothesis.label == ("aero_term", "C_m", "alpha^2")
@@ -87,7 +87,7 @@ def sensor_p_values(log: FlightLog) -> list[float]:
     ]
 
 
-def test_what_d_takes_from_coloured_noise_shows_no_sensor_along_the_motion_without_it() -> None:
+def test_coloured_noise_in_d_gives_no_sensor_error_along_the_motion_without_d() -> None:
     found = np.array([sensor_p_values(in_coloured_noise(seed)) for seed in range(40, 50)])
     # Twenty tests: the least of their p-values is below 5e-4 once in a hundred such sets, their mean outside these
     # bounds once in a thousand.
@@ -95,7 +95,7 @@ def test_what_d_takes_from_coloured_noise_shows_no_sensor_along_the_motion_witho
     assert 0.28 < found.mean() < 0.72
 
 
-def test_a_sensor_that_is_wrong_shows_along_the_motion_without_d() -> None:
+def test_a_sensor_error_is_significant_along_the_motion_without_d() -> None:
     log = in_coloured_noise(61)
     channels = {**log.channels, "a_x": 1.3 * log["a_x"]}
     scale, lag = sensor_p_values(FlightLog(log.name, log.time, channels, log.units))
@@ -103,7 +103,7 @@ def test_a_sensor_that_is_wrong_shows_along_the_motion_without_d() -> None:
     assert lag > 1e-3
 
 
-def test_what_is_no_sensor_is_not_asked_along_the_motion_without_d(
+def test_candidates_other_than_sensor_errors_are_not_tested_along_the_motion_without_d(
     screened: tuple[list[Score], list[Score]],
 ) -> None:
     log = Problem(duration=8.0).fly(21)

@@ -38,7 +38,7 @@ def screened() -> tuple[Question, FlightSweeps, Sweep, list[Score]]:
 
 
 @pytest.mark.parametrize("label", [("aero_term", *MISSING), ("sensor_scale", "q", "")])
-def test_a_first_order_trial_gives_what_a_fit_gives_that_flies_the_candidate(
+def test_a_first_order_trial_agrees_with_a_fit_by_simulation(
     screened: tuple[Question, FlightSweeps, Sweep, list[Score]], label: tuple[str, str, str]
 ) -> None:
     _, sweeps, current, scores = screened
@@ -62,7 +62,7 @@ def test_a_first_order_trial_gives_what_a_fit_gives_that_flies_the_candidate(
     assert current.cost - trial.cost == pytest.approx(current.cost - flown.cost, rel=0.1, abs=4.0)
 
 
-def test_only_what_is_in_proportion_to_its_numbers_is_linear(
+def test_only_candidates_with_a_linear_response_are_linear(
     screened: tuple[Question, FlightSweeps, Sweep, list[Score]],
 ) -> None:
     kinds = {score.hypothesis.kind for score in screened[3] if is_linear(score.hypothesis)}
@@ -70,7 +70,7 @@ def test_only_what_is_in_proportion_to_its_numbers_is_linear(
     assert not kinds & {"step_change", "control_lag", "control_delay", "sensor_lag", "sensor_delay"}
 
 
-def test_an_apparent_mass_that_no_air_has_is_not_tried(
+def test_an_implausible_apparent_mass_is_not_tried(
     screened: tuple[Question, FlightSweeps, Sweep, list[Score]],
 ) -> None:
     asked, _, current, scores = screened

@@ -21,7 +21,7 @@ from aerosid.search.trial_fits import shortlisted, trial_fits
 
 
 @pytest.mark.parametrize("followed", [AttributionSettings().trials.profile_followed, 10])
-def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) -> None:
+def test_the_profile_start_of_a_large_lag_is_near_its_true_value(followed: int) -> None:
     late = {"delta_a": lambda time, given: np.interp(time - 0.4, time, given)}
     log = commuter.Lateral(seed=31, surfaces=late, duration=12.0).log()
     aircraft = commuter.aircraft(commuter.SIDE)
@@ -38,7 +38,7 @@ def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) 
     assert active.values[0] == pytest.approx(0.4, rel=0.5)
 
 
-def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -> None:
+def test_the_predicted_cost_of_a_start_is_that_of_a_full_step_of_its_linearisation() -> None:
     model, manoeuvre = Problem().prepared(Problem().fly())
     free = tuple(model.entries)
     (known,) = evaluated_starts([Start(model, free)], [manoeuvre], TRIAL)
@@ -64,7 +64,7 @@ def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -
     assert known.predicted_cost - point.cost == pytest.approx(predicted_cost - point.squares.sum(), rel=1e-6)
 
 
-def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither() -> None:
+def test_a_term_that_is_not_restarted_would_not_win_from_the_declared_values() -> None:
     model, manoeuvre = Problem(undeclared=BOTH_SQUARES).prepared(Problem(undeclared=BOTH_SQUARES).fly())
     fitted = refine(model, [manoeuvre], model.entries, settings=TRIAL)
     terms = [entry("C_m", text) for text in ("alpha^2", "alpha^3", "alpha*q_hat", "alpha*delta_e")]

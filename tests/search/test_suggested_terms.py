@@ -23,7 +23,7 @@ def searched(problem: Problem, log: FlightLog) -> tuple[StructureSearch, Refinem
     return StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL), before
 
 
-def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
+def test_a_near_significant_term_is_reported_with_its_standard_error() -> None:
     problem = Problem(undeclared={DRAG: 3.6})
     search, before = searched(problem, shaken(problem.fly(), 5))
     first, *_ = suggested_terms(search, before)
@@ -36,7 +36,7 @@ def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
     assert not [each for each in suggested_terms(search, before, [("aero_term", *DRAG)]) if each.finding.where == "C_X"]
 
 
-def test_nothing_is_unproven_where_nothing_is_left() -> None:
+def test_no_term_is_suggested_where_the_model_is_adequate() -> None:
     problem = Problem()
     search, before = searched(problem, problem.fly())
     assert suggested_terms(search, before) == ()
