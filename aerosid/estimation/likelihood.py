@@ -69,10 +69,10 @@ class Whitened:
 
 
 class Trial(NamedTuple):
-    """Numbers at which a likelihood is asked.
+    """Parameter values at which a likelihood is evaluated.
 
     `values` (T,) of all terms; `states` the initial state (n,) of each manoeuvre; `effects` that act; `variance` (m,)
-    of the outputs' noise, SI squared; `tested` effects do not act: only their columns are wanted.
+    of the outputs' noise, SI squared; `tested` effects do not act: only their columns are computed.
     """
 
     values: NDArray[np.float64]
@@ -325,8 +325,8 @@ class Likelihood:
     ) -> Point | None:
         """Likelihood, gradient and information; None where the simulation leaves the model's range.
 
-        `tested` effects do not act: their derivatives are wanted, which come last. `apart` are groups of parameters
-        that are asked one group at a time: between two of them the information is left zero.
+        `tested` effects do not act: only their derivatives are computed, which come last. `apart` are groups of
+        parameters tested separately: the information between two of them is left zero.
         """
         count = self.parameter_count((*effects, *tested))
         outputs = self.output_count
