@@ -1,4 +1,4 @@
-"""The compiled step of a search: against dense algebra, and against the concentrated likelihood that it maximises."""
+"""The compiled damped step: against dense algebra, and against the concentrated likelihood that it maximises."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ALL = np.ones(6, dtype=bool)
 
 
 def problem(seed: int = 1, count: int = 6) -> tuple[Quadratic, list[tuple[Array, Array]]]:
-    """Whitened residuals and sensitivities of some outputs, and the likelihood to second order that they make."""
+    """Whitened residuals and sensitivities of some outputs, and their likelihood to second order."""
     rng = np.random.default_rng(seed)
     normals, gradients = np.zeros((8, count, count)), np.zeros((8, count))
     squares, counts, rows = np.zeros(8), np.zeros(8), []
@@ -67,7 +67,7 @@ def test_damping_and_prior_enter_as_in_the_textbook() -> None:
     )
 
 
-def test_rounds_end_where_parameters_and_variances_are_likeliest_together() -> None:
+def test_rounds_converge_to_the_joint_maximum_of_parameters_and_variances() -> None:
     quadratic, rows = problem()
     step, variance, _, before_step, _, after_step = damped_newton_step(
         quadratic, ALL, 0.0, FLOOR, False, 200, 1.0, 1e-13
@@ -78,7 +78,7 @@ def test_rounds_end_where_parameters_and_variances_are_likeliest_together() -> N
     left = [np.mean((r - x @ step) ** 2) for x, r in rows]
     assert_allclose(variance[MEASURED], quadratic.variance[MEASURED] * left, rtol=1e-9)
     assert_allclose(variance[[3, 6, 7]], quadratic.variance[[3, 6, 7]], rtol=0.0)
-    # The variances before are those that suit the residuals as they are; between the two lies the fall.
+    # The variances before are the maximum-likelihood ones of the residuals; the decrease is the difference.
     samples = np.array([r.size for _, r in rows])
     residual = np.array([np.mean(r**2) for _, r in rows])
     assert before_step == pytest.approx(np.sum(samples * (1.0 - residual + np.log(residual))), rel=1e-9)
@@ -87,7 +87,7 @@ def test_rounds_end_where_parameters_and_variances_are_likeliest_together() -> N
     )
 
 
-def test_the_promised_fall_is_that_of_the_concentrated_likelihood() -> None:
+def test_the_predicted_decrease_is_that_of_the_concentrated_likelihood() -> None:
     quadratic, rows = problem(2)
     weights = [1.0 / np.mean(r**2) for _, r in rows]
     normal = sum(w * x.T @ x for (x, _), w in zip(rows, weights, strict=True))
@@ -107,7 +107,7 @@ def test_no_variance_falls_below_its_floor() -> None:
     assert variance[2] > floor[2]
 
 
-def test_an_information_that_is_no_number_gives_a_step_that_is_none() -> None:
+def test_an_information_with_nan_gives_no_step() -> None:
     quadratic, _ = problem()
     quadratic.normals[1, 2, 2] = np.inf
     step, _, size, _, _, after_step = damped_newton_step(quadratic, ALL, 1e-3, FLOOR, False, 20, 1.0, 0.01)

@@ -1,4 +1,4 @@
-"""How inputs move with the numbers of effects that act one behind the other, against the whole chain made anew."""
+"""Sensitivities of inputs to the parameters of effects in series, against differences of the whole chain."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ PROBLEM = Problem(duration=5.0, interval=0.05, elevator="3211", amplitude=-0.03)
 
 
 def first(effect: InputEffect) -> InputEffect:
-    """The effect in front of others on the same control."""
+    """The effect before others on the same control."""
     return replace(effect, comes_first=True)
 
 

@@ -33,14 +33,14 @@ from aerosid.flight_model.response import trace_stretch
 
 Array = NDArray[np.float64]
 DECLARING = declaring(LIGHT, BOTH_SQUARES)
-"""The light transport with nothing left to find: twelve derivatives."""
+"""The light transport with nothing missing: twelve derivatives."""
 
 VARIANCE = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs]) ** 2
 AS_GIVEN = RefinementSettings(steps=0)
 
 
 def disturbed(model: AerodynamicModel, share: float = 0.15) -> AerodynamicModel:
-    """Start values that are wrong by a share, up and down in turn."""
+    """Start values with relative errors, up and down in turn."""
     return model.with_values(model.values * (1.0 + share * (-1.0) ** np.arange(model.values.size)))
 
 
@@ -102,7 +102,7 @@ def test_estimate_and_covariance_are_output_errors(
 def test_noise_levels_are_the_residuals_root_mean_square(
     two_flights: tuple[AerodynamicModel, list[Manoeuvre]],
 ) -> None:
-    """At the likelihood's maximum over the variances, whatever level the search began with."""
+    """At the likelihood's maximum over the variances, from any start."""
     model, manoeuvres = two_flights
     found = refine(
         model, manoeuvres, model.entries, variance=VARIANCE * 9.0, settings=RefinementSettings(filtering=False)
@@ -205,7 +205,7 @@ def test_a_prior_is_one_more_measurement() -> None:
 
 
 def test_competing_fits_converge_like_single_fits(two_flights: tuple[AerodynamicModel, list[Manoeuvre]]) -> None:
-    """The winner is the estimate that it would be alone; who is given up ends above it alone as well."""
+    """The best fit equals the single fit; a terminated fit is worse than it as a single fit as well."""
     model, manoeuvres = two_flights
     missing = [model.entries[n] for n in (3, 5, 9)]
     starts = [
@@ -239,7 +239,7 @@ def test_competing_fits_on_two_cores_equal_those_on_one_bit_for_bit(
     with on_cores(2):
         shared = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)
     assert alone[0].effects == shared[0].effects
-    # What cannot be sent is done again here: as slow, with the same bits.
+    # Work that cannot be transferred is done here: as slow, with the same bits.
     sent = pickle.loads(pickle.dumps(TransferredFit.of(alone[0])))
     assert sent.refinement(starts[0].model, starts[0].free, starts[0].effects).effects == alone[0].effects
     for one, other in zip(alone, shared, strict=True):
@@ -264,7 +264,7 @@ def test_an_unstable_aircraft_is_estimated_from_wrong_start_values() -> None:
     assert abs(found.model.value(entry("C_m", "alpha")) - 0.53) < 0.03
 
 
-def test_start_values_beyond_repair_are_refused_with_a_sentence() -> None:
+def test_unusable_start_values_are_refused_with_a_sentence() -> None:
     problem = Problem(DECLARING, duration=6.0)
     model, manoeuvre = problem.prepared(problem.fly())
     wild = model.with_values(np.where(model.values == model.value(entry("C_m", "alpha")), 1e9, model.values * 1e3))
@@ -273,7 +273,7 @@ def test_start_values_beyond_repair_are_refused_with_a_sentence() -> None:
 
 
 def scatter(problem: Problem, seeds: range) -> tuple[Array, Array, list[Refinement]]:
-    """Errors over reported deviations, corrected and white, one row a seed."""
+    """Errors over reported standard errors, corrected and white, one row per seed."""
     corrected, white, estimates = [], [], []
     for seed in seeds:
         model, manoeuvre = problem.prepared(problem.fly(seed=seed))
@@ -287,9 +287,9 @@ def scatter(problem: Problem, seeds: range) -> tuple[Array, Array, list[Refineme
 
 
 def calibrated(ratios: Array, false_alarm: float, widening: float) -> None:
-    """Bias and scatter of errors over deviations, Bonferroni over the derivatives.
+    """Bias and scatter of errors over standard errors, Bonferroni over the derivatives.
 
-    `widening` is what the deviations themselves may be off by, beside chance.
+    `widening` is the tolerated relative error of the standard errors themselves, in addition to chance.
     """
     seeds, count = ratios.shape
     share = false_alarm / (2 * count)
@@ -304,7 +304,7 @@ QUICK = Problem(DECLARING, duration=8.0)
 
 
 def test_deviations_are_the_scatter_over_forty_seeds() -> None:
-    """False alarms: one in 1000 runs, were the deviations exact; they may be 15 % off."""
+    """False alarms: one in 1000 runs, were the standard errors exact; they may be 15 % off."""
     corrected, white, _ = scatter(QUICK, range(40))
     calibrated(corrected, 1e-3, 1.15)
     calibrated(white, 1e-3, 1.15)
@@ -313,7 +313,7 @@ def test_deviations_are_the_scatter_over_forty_seeds() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("interval", [0.02, 0.03, 0.1])
 def test_deviations_are_the_scatter_over_four_hundred_seeds(interval: float) -> None:
-    """False alarms: one in 1000 runs, were the deviations exact; they may be 7 % off."""
+    """False alarms: one in 1000 runs, were the standard errors exact; they may be 7 % off."""
     corrected, _, estimates = scatter(replace(QUICK, interval=interval), range(1000, 1400))
     calibrated(corrected, 1e-3, 1.07)
     levels = np.sqrt(np.mean([found.variance for found in estimates], axis=0))

@@ -1,4 +1,4 @@
-"""Open-loop comparison: where a sudden change of one flight lies on another."""
+"""Open-loop comparison: the instant of a step change of one flight on another."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ JUMP = ActiveEffect(step_change("C_m", 3.0, 0.03), (-0.01, 3.0), "first")
 
 
 def found(model: AerodynamicModel, manoeuvre: Manoeuvre) -> Refinement:
-    """A model that is right, with a jump that was found on another flight."""
+    """A true model, with a step change that was found on another flight."""
     variance = np.array([NOISE.get(name, 1.0) ** 2 for name in manoeuvre.axes.outputs])
     return Refinement(model, (), (), (JUMP,), variance, 0.0, np.zeros((0, 0)), converged=True)
 
 
 def flown(changes: tuple[ActiveEffect, ...], seed: int) -> tuple[AerodynamicModel, Manoeuvre]:
-    """The model and its second flight, on which some sudden changes happen."""
+    """The model and its second flight, with some step changes."""
     problem = Problem(elevator="3211")
     model, manoeuvre = problem.prepared(problem.fly(seed, "second"))
     model = with_columns_of(model, [JUMP])
@@ -45,7 +45,7 @@ def test_the_instant_of_a_step_change_is_estimated_on_another_flight(time: float
     (placed,) = on_log(found(model, manoeuvre), manoeuvre)
     assert placed.log == "second"
     assert instant_of(placed) == pytest.approx(time, abs=0.1)
-    # And no fit of the initial state with the jump elsewhere comes nearer to the record.
+    # And no fit of the initial state with the step at another instant is better.
     errors = [
         squares(model, manoeuvre, replace(placed, values=(-0.01, instant_of(placed) + off))) for off in (0.0, -0.5, 0.5)
     ]
@@ -58,7 +58,7 @@ def test_a_flight_without_the_step_change_is_simulated_without_it() -> None:
 
 
 def squares(model: AerodynamicModel, manoeuvre: Manoeuvre, jump: ActiveEffect) -> float:
-    """Squared errors over their variances, the initial state fitted until it rests."""
+    """Squared errors over their variances, the initial state fitted to convergence."""
     variance = found(model, manoeuvre).variance
     rms = respond(model, manoeuvre, variance, effects=(jump,)).rms
     return sum(value**2 / variance[manoeuvre.row(name)] for name, value in rms.items() if value is not None)

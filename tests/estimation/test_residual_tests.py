@@ -1,4 +1,4 @@
-"""Channels that a wrong model leaves are those whose output errors exceed the noise, whoever whitens them."""
+"""Channels with a model error are those whose output errors exceed the noise, by independent whitening."""
 
 from __future__ import annotations
 

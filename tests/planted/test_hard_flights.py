@@ -1,4 +1,4 @@
-"""Flights of benchmarks/wide_detection.py on which a wrong name lay nearer than the right one, each with its reason."""
+"""Flights of benchmarks/wide_detection.py on which a false effect was named first, each with its reason."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from benchmarks.wide_detection import closed, gain, written
 
 
 def loop(seed: int, number: int, folder: Path, plant: str = "one") -> ClosedLoop:
-    """The loop on one pair of flights with one thing wrong, or two."""
+    """The loop on one pair of flights with one or two missing effects."""
     written(folder, plant, [seed, number], number)
     return closed(folder)
 
@@ -33,7 +33,7 @@ def names(result: ClosedLoop) -> list[tuple[str, str]]:
 
 
 def test_ground_effect_is_named_though_its_gain_and_reach_are_correlated(tmp_path: Path) -> None:
-    """On a short flight neither number is certain, and what both do together is."""
+    """On a short flight neither parameter is significant, and their joint effect is."""
     result = loop(901, 16, tmp_path)
     assert names(result) == [("ground_effect", "C_Z")]
     (effect,) = result.effects
@@ -43,10 +43,10 @@ def test_ground_effect_is_named_though_its_gain_and_reach_are_correlated(tmp_pat
 
 @pytest.mark.slow
 def test_the_penalty_of_one_step_change_is_without_the_two_tried_with_it(tmp_path: Path) -> None:
-    """The centre of gravity moves with two numbers; all coefficients at once jump with six, one of them with two."""
+    """A step of the centre of gravity has two parameters; of all coefficients at once six, of one of them two."""
     result = loop(901, 8, tmp_path)
     assert names(result) == [("step_change", "C_m")]
-    # It is the rarer of two that the motion hardly tells apart, and is said to be possible.
+    # It is the rarer of two hardly distinguishable effects, and is listed as an alternative.
     assert [(effect.kind, effect.where) for effect in result.alternatives] == [("cg_shift", "x")]
 
 
@@ -65,7 +65,7 @@ def test_separation_is_tried_where_only_the_validation_flight_shows_the_terms_to
 
 
 def test_gusts_shown_by_kinematics_are_distinguished_from_coloured_vane_noise(tmp_path: Path) -> None:
-    """Which is a first guess alone: what the forces say of it decides."""
+    """Kinematics give an initial estimate alone; the forces decide."""
     seen = {}
     for plant, number in (("one", 10), ("one", 31), ("one", 33), ("two", 13)):
         folder = tmp_path / f"{plant}{number}"
@@ -78,7 +78,7 @@ def test_gusts_shown_by_kinematics_are_distinguished_from_coloured_vane_noise(tm
 
 @pytest.mark.slow
 def test_a_gust_and_a_scale_factor_error_are_found_together(tmp_path: Path) -> None:
-    """By the equations, which decide where kinematics do not close, and by the likelihood."""
+    """By equation error, which decides where kinematics are inconsistent, and by the likelihood."""
     result = loop(901, 9, tmp_path, "two")
     assert result.decided_by == "equations"
     assert set(names(result)) == {("gust", ""), ("sensor_scale", "a_z")}

@@ -1,4 +1,4 @@
-"""What must not be named, although it would explain a flight better, and what gross effects may not hide behind."""
+"""Effects that must not be named although they would explain a flight better, and gross effects that must be found."""
 
 from __future__ import annotations
 
@@ -79,12 +79,12 @@ def test_noise_is_averaged_out_between_corners_which_are_retained() -> None:
     error = calmed(values, noise) - truth
     corners = np.abs(time[:, None] - np.array([7.0, 9.0])).min(axis=1) < 0.7
     assert np.sqrt(np.mean(error[~corners] ** 2)) < 0.45 * noise
-    # Nowhere is it further off than the noise of a single sample takes it.
+    # Its error nowhere exceeds the noise of a single sample.
     assert np.abs(error).max() < 5.0 * noise
 
 
 def drifting(seed: int, amplitude: float, elevator: str, name: str) -> FlightLog:
-    """Drag grows all the way, which is no power of V_hat, though on one flight it looks like one."""
+    """Drag drifts throughout, which is no power of V_hat, though on one flight it resembles one."""
     problem = Problem(undeclared=BOTH_SQUARES, amplitude=amplitude, elevator=elevator)
     changed = replace(problem, undeclared={**BOTH_SQUARES, ("C_X", "vane_2"): 1.0})
     level = trim(problem.truth, 100.0, LIGHT.density, LIGHT.mass)
@@ -110,7 +110,7 @@ def test_a_term_that_worsens_the_prediction_is_eliminated_and_true_terms_are_ret
     assert refuted
     assert set(true) <= set(held.free)
     assert prediction_error(held, [other]) < 0.9 * prediction_error(completed, [other])
-    # Where nothing else was flown nothing can be refuted.
+    # Without validation flights nothing can be eliminated.
     assert eliminate_by_cross_validation(completed, search, []) == (completed, ())
 
 

@@ -1,4 +1,4 @@
-"""The output-error estimate of what the equations show, of two records whose trims differ."""
+"""The output-error estimate of the structure found by equation error, on two records with different trim."""
 
 import lateral_flights as commuter
 import numpy as np
@@ -24,13 +24,13 @@ def joint() -> ClosedLoop:
     return close_loop([one, two], commuter.aircraft(commuter.SIDE, 0.93), settings=EQUATIONS)
 
 
-def test_the_late_rudder_is_named_alone_and_measured(joint: ClosedLoop) -> None:
+def test_the_rudder_delay_is_the_only_finding_and_is_measured_by_kinematics(joint: ClosedLoop) -> None:
     (rudder,) = joint.effects
     assert (rudder.kind, rudder.where) in {("control_delay", "delta_r"), ("control_lag", "delta_r")}
     assert abs(rudder.value - 0.08) < 4.0 * rudder.std_error
 
 
-def test_derivatives_are_within_their_deviations_though_the_trims_differ(joint: ClosedLoop) -> None:
+def test_derivatives_are_within_their_standard_errors_though_the_trims_differ(joint: ClosedLoop) -> None:
     rows = [row for row in joint.derivatives if row.term != "1" and row.shown]
     assert len(rows) >= 10
     for row in rows:

@@ -1,4 +1,4 @@
-"""Which terms are asked for: what the logs can show and no answer of the aircraft; what planted ones come out as."""
+"""Candidate terms: inputs that the logs excite and no response of the aircraft; findings of simulated terms."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_channels_that_vary_are_candidates_in_every_coefficient() -> None:
     names = asked(log)
     for coefficient in LIGHT.coefficients:
         assert {(coefficient, "delta_h"), (coefficient, "speed_brake")} <= names
-        assert (coefficient, "delta_f") not in names  # it does not move
+        assert (coefficient, "delta_f") not in names  # it does not vary
         assert (coefficient, "C_T") not in names  # thrust is constant
     assert ("C_m", "delta_h") not in asked(log, with_channels(log, delta_h=None))
 
@@ -121,7 +121,7 @@ def test_planted_terms_are_named(coefficient: str, text: str, value: float) -> N
 
 @pytest.mark.slow
 def test_indistinguishable_terms_are_not_both_named() -> None:
-    """On an elevator of three levels its square and its cube are one function."""
+    """For an elevator of three levels its square and its cube are linearly dependent."""
     result = close_loop([flown({("C_m", "delta_e^2"): 6.0})], LIGHT)
     assert len(result.effects) == 1
     told = {(effect.where, effect.term) for effect in (*result.effects, *result.alternatives)}
@@ -139,7 +139,7 @@ def test_attitude_is_a_candidate_of_the_pitching_moment_where_it_is_recorded_and
 
 
 @pytest.mark.parametrize("method", ["equations", "likelihood"])
-def test_a_moment_of_pitch_is_named_as_such_and_not_mimicked_by_slow_terms(method: Method) -> None:
+def test_a_moment_due_to_pitch_attitude_is_named_and_not_imitated_by_slow_terms(method: Method) -> None:
     logs = [flown({("C_m", "theta"): 0.012}, duration=24.0, seed=seed) for seed in (1, 2)]
     settings = LoopSettings(method=method, paper_chain=False, second_opinion=False, next_flight=False)
     result = close_loop(logs[:1], LIGHT, logs[1:], settings=settings)

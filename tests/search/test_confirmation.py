@@ -1,4 +1,4 @@
-"""A suggested term is named where a flight that was not fitted shows it by itself, and only there."""
+"""A suggested term is named only where an independent estimate on a validation flight confirms it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def suggested() -> tuple[StructureSearch, Refinement, tuple[SuggestedTerm, ...]]
 
 
 def asked_of(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed, ...]:
-    """What another flight, shaken too, says of the drag that was suggested, or of its opposite."""
+    """Confirmation of the suggested drag term, or its opposite, on another disturbed flight."""
     search, before, (drag,) = suggested()
     drag = replace(drag, finding=replace(drag.finding, value=sign * drag.finding.value))
     log = replace(shaken(problem.fly(seed), seed), name="another flight")
@@ -62,7 +62,7 @@ def test_without_another_flight_nothing_is_confirmed() -> None:
 
 
 def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
-    """With a search so strict that it proves little, the same drag is named only beside the flight that shows it."""
+    """In a very strict search, the same drag term is named only with the validation flight that confirms it."""
     small, elsewhere = (replace(problem, undeclared={DRAG: 0.15}) for problem in (WITH, ELSEWHERE))
     model, manoeuvre = small.prepared(shaken(small.fly(), 5))
     other = elsewhere.prepared(replace(shaken(elsewhere.fly(11), 11), name="another flight"))[1]
@@ -78,7 +78,7 @@ def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
     assert together.terms == (entry(*DRAG),)
     (drag,) = [finding for finding in together.findings if finding.entry is not None]
     assert drag.value == pytest.approx(0.15, abs=4.0 * drag.std_error)
-    # The chance of that very number, three terms having been asked for, and not that of the other flight's.
+    # The p-value of that estimate, with three terms tested, and not that of the other flight's.
     assert drag.p_value == pytest.approx(min(1.0, 6.0 * norm.sf(abs(drag.value) / drag.std_error)))
     assert together.confirmed[0].p_value < USUAL.confirmed
     assert together.suggested == ()
@@ -86,7 +86,7 @@ def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
 
 @pytest.mark.slow
 def test_false_confirmations_are_as_rare_as_designed() -> None:
-    """More come up once in a thousand runs at the stated share, and in nine of ten where it is one in ten."""
+    """More occur once in a thousand runs at the design rate, and in nine of ten where it is one in ten."""
     most = int(binom.isf(1e-3, 60, USUAL.confirmed))
     assert binom.sf(most, 60, 0.1) > 0.9
     confirmed = [seed for seed in range(100, 160) if asked_of(WITHOUT, seed)]

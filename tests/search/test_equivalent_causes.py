@@ -1,4 +1,4 @@
-"""An engine that fails and a store that is released: beside the step of a moment stands the arm that makes it."""
+"""Engine failure and store release: the lever arm is an alternative to the step of a moment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is named is named by a number that stands: three of its own final standard errors, one sign, its own p."""
+"""Wald test of the final estimate: three of its own standard errors, one sign, its own p-value."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DRAG = ("C_X", "alpha^2")
 MOMENT = ("C_m", "alpha^2")
 ASKED = (DRAG, MOMENT, ("C_Z", "alpha*q_hat"))
 FLIGHT = Problem(undeclared={DRAG: 3.6, MOMENT: -0.3}, duration=8.0)
-"""The moment is so small that the flight without it is hardly simulated worse, and named all the same."""
+"""The moment is so small that the simulation without it is hardly worse, and is significant all the same."""
 
 
 @cache

@@ -1,4 +1,4 @@
-"""What is listed beside a finding is listed once."""
+"""Alternatives to a finding are listed once."""
 
 from __future__ import annotations
 

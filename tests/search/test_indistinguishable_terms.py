@@ -1,4 +1,4 @@
-"""What one coefficient cannot tell from a late vane is listed, as equation error would show it."""
+"""Terms that one coefficient cannot distinguish from a vane lag are listed, against equation error."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ QUIET = Problem(duration=14.1, elevator="3211", amplitude=0.045, noise={c: 0.1 *
 
 
 def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[IndistinguishableTerm]]:
-    """What is found among terms and sensors' effects, and what one coefficient cannot tell from it."""
+    """The findings among terms and sensor errors, and the terms indistinguishable from them in one coefficient."""
     model, manoeuvre = problem.prepared(log)
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     effects = effect_hypotheses(model, [manoeuvre])
@@ -38,7 +38,7 @@ def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[Indistin
 
 
 def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np.float64]) -> float:
-    """Sum of squares that equation error for C_m leaves, with code of its own."""
+    """Residual sum of squares of equation error for C_m, by independent code."""
     assert LIGHT.density is not None
     pressure = 0.5 * LIGHT.density * log["V"] ** 2
     moment = LIGHT.I_yy * np.gradient(log["q"], log.time) / (pressure * LIGHT.wing_area * LIGHT.mean_chord)
@@ -61,7 +61,7 @@ def test_alphadot_is_reported_as_indistinguishable_from_a_vane_lag_in_one_coeffi
     (moment,) = [rival for rival in rivals if rival.coefficient == "C_m"]
     assert (moment.finding.where, moment.finding.term) == ("C_m", "alpha_dot_hat")
     assert moment.finding.instead_of == "sensor_lag of alpha"
-    # Whose share is what equation error gives, and which the motion as a whole refutes.
+    # Its variance fraction is that of equation error, and all channels together reject it.
     plain = unexplained(log, log["alpha"])
     smooth = np.gradient(np.convolve(log["alpha"], np.ones(7) / 7.0, "same"), log.time)
     won = plain - unexplained(log, true)
@@ -73,7 +73,7 @@ def test_alphadot_is_reported_as_indistinguishable_from_a_vane_lag_in_one_coeffi
         with_indistinguishable_terms(with_indistinguishable_terms(found, rivals, np.inf), rivals, np.inf).alternatives
         == listed
     )
-    # What all channels together tell from the effect is a warning about one coefficient, and no alternative.
+    # A term that all channels together distinguish from the effect is a warning about one coefficient, no alternative.
     worse = max(-rival.finding.gain for rival in rivals)
     assert with_indistinguishable_terms(found, rivals, worse + 1.0).alternatives[-1].worse_by <= worse
     assert len(with_indistinguishable_terms(found, rivals, worse - 1.0).alternatives) < len(listed)

@@ -1,4 +1,4 @@
-"""d(t) decides in lateral and six axes: planted effects found with their size, nothing named where none is missing."""
+"""Selection by d(t) in lateral and six axes: simulated effects found with their size, no false findings."""
 
 from __future__ import annotations
 

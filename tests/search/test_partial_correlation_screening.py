@@ -1,4 +1,4 @@
-"""Screening by d(t): pieces of the candidates say what all of them at once say."""
+"""Screening by d(t): batches of the candidates have the scores of all at once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 @pytest.fixture(scope="module")
 def screened() -> tuple[list[Score], list[Score]]:
-    """All candidates of a flight that lacks a term: in one piece, and in pieces of seven columns or fewer."""
+    """All candidates of a flight with a missing term: in one batch, and in batches of seven columns or fewer."""
     log = Problem(undeclared={("C_m", "alpha^2"): -1.715}, duration=8.0).fly(21)
     model, candidates = asked_of([log], [], LIGHT)
     asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
@@ -56,11 +56,11 @@ def test_the_missing_term_has_the_largest_score_of_the_terms(screened: tuple[lis
 
 
 SENSORS = (("sensor_scale", "a_x"), ("sensor_lag", "a_z"))
-"""What was named on clean flights in coloured noise, before their columns were taken along the motion without d(t)."""
+"""False findings on flights in coloured noise, before their columns were taken along the motion without d(t)."""
 
 
 def in_coloured_noise(seed: int, memory: float = 0.7, size: float = 3.0) -> FlightLog:
-    """A flight from which nothing is missing, its sensors' noise AR(1)."""
+    """A flight without a missing effect, its sensors' noise AR(1)."""
     log = Problem(elevator="3211", amplitude=0.045, noise=SILENT).fly(seed)
     generator = np.random.default_rng(seed)
     channels = dict(log.channels)
@@ -73,7 +73,7 @@ def in_coloured_noise(seed: int, memory: float = 0.7, size: float = 3.0) -> Flig
 
 
 def sensor_p_values(log: FlightLog) -> list[float]:
-    """Of each of `SENSORS` by chance, fitted by itself."""
+    """p-value of each of `SENSORS`, fitted by itself."""
     model, candidates = asked_of([log], [], LIGHT)
     asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
     settings = ModelErrorSearchSettings()

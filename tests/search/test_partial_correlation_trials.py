@@ -1,4 +1,4 @@
-"""First-order trials along a motion with d(t), beside fits that fly the candidate."""
+"""First-order trials along a motion with d(t), against fits by simulation."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_an_implausible_apparent_mass_is_not_tried(
     heave = next(s for s in scores if s.hypothesis.label == ("aero_term", "C_Z", "alpha_dot_hat"))
     best = next(s for s in scores if s.hypothesis.label == ("aero_term", *MISSING))
     first = asked.manoeuvres[0]
-    # The mass of the air in a cylinder about the chord is some hundredth of the aircraft's: a C_Z of 1 per alphadot.
+    # The mass of the air in a cylinder about the chord is about a hundredth of the aircraft's: a C_Z of 1 per alphadot.
     for step, there in ((-1.0, True), (-500.0, False)):
         leading = [replace(heave, gain=10.0 * best.gain, start=(step,)), best]
         listed = shortlisted(leading, current, first, SETTINGS, len(scores))

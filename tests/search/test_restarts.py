@@ -1,4 +1,4 @@
-"""Restarts where what is missing is gross: a control's effect is profiled, a term far behind is not asked again."""
+"""Restarts at a gross residual: profile likelihood of a control effect, no restart of a term far behind."""
 
 from dataclasses import replace
 

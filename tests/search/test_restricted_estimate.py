@@ -1,4 +1,4 @@
-"""What is held beside named effects: the covariance of derivatives were the effects' numbers known."""
+"""Restricted estimates: the covariance of derivatives for known parameters of the effects."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.search.equation_error_attribution import attribute_by_equations
 
 SIDE_TERM = ("C_Y", "beta")
-"""Without a vane of sideslip its derivative and the place of the lateral accelerometer are known together."""
+"""Without a sideslip vane its derivative and the lateral accelerometer's position are correlated."""
 
 
 def flown(seed: int, *, mirrored: bool = False) -> FlightLog:

@@ -1,4 +1,4 @@
-"""What the search begins from another estimate's linearisation ends where a search of its own does."""
+"""Fits started from another estimate's linearisation converge to the same estimate as independent fits."""
 
 from __future__ import annotations
 

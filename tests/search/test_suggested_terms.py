@@ -1,4 +1,4 @@
-"""What stands out and is not proven is told with its number, and only where something is left to explain."""
+"""Near-significant terms are reported with their estimates, and only where the model is inadequate."""
 
 from __future__ import annotations
 
