@@ -58,9 +58,9 @@ def agreement_of(
         for row, finding in zip(rows, findings, strict=True)
         if row.hypothesis.label in others
     )
-    moving = tuple(_moving_air(found, settings))
-    air = tuple(each for each in moving if each.length <= settings.longest_scale)
-    notes = (*notes, *(_note_on_drift(each) for each in moving if each not in air))
+    turbulence = tuple(_moving_air(found, settings))
+    air = tuple(each for each in turbulence if each.length <= settings.longest_scale)
+    notes = (*notes, *(_note_on_drift(each) for each in turbulence if each not in air))
     return KinematicConsistency(
         tuple(dict.fromkeys(recording.name for recording in found.frame.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
@@ -92,35 +92,35 @@ def _segments(found: Estimate, channel: str) -> list[int]:
 def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[MovingAir]:
     """Turbulence along each axis whose sensor has a residual above noise and of sufficient memory."""
     for axis, channel in OBSERVED_BY.items():
-        seen: list[NDArray[np.float64]] = []
+        residuals: list[NDArray[np.float64]] = []
         noise, memories = 0.0, []
         for s in _segments(found, channel):
             recording = found.frame.recordings[found.design.segments[s][0]]
             manoeuvre = recording.manoeuvre
             across = manoeuvre.mean_airspeed if CHANNELS[channel].unit == "rad" else 1.0
-            left = found.solution.residuals[found.design.rows(s)] * across
-            kept = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+            remaining = found.solution.residuals[found.design.rows(s)] * across
+            correlation = float(remaining[1:] @ remaining[:-1]) / max(float(remaining @ remaining), 1e-300)
             step = recording.interval * recording.band.step
-            memories.append(-step / float(np.log(np.clip(kept, 1e-3, 0.999))))
+            memories.append(-step / float(np.log(np.clip(correlation, 1e-3, 0.999))))
             noise = max(noise, float(manoeuvre.noise[manoeuvre.row(channel)]) * across)
-            seen.append(left)
-        if not seen:
+            residuals.append(remaining)
+        if not residuals:
             continue
-        sigma, memory = float(np.std(np.concatenate(seen))), float(np.median(memories))
+        sigma, memory = float(np.std(np.concatenate(residuals))), float(np.median(memories))
         if sigma > settings.above_the_noise * noise and memory > settings.gusts_last:
             speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.frame.recordings]))
             yield MovingAir(axis, sigma, memory * speed)
 
 
-def _note_on_drift(slow: MovingAir) -> str:
+def _note_on_drift(drift: MovingAir) -> str:
     """Possible causes of a low-frequency drift, too slow for turbulence."""
-    why = {
+    causes = {
         "w": "a varying bias of alpha, a_z or q, or vertical wind that changes.",
         "u": "a varying bias of a_x or theta, or wind that changes.",
     }
     return (
-        f"{OBSERVED_BY[slow.axis]} and the path drift apart by {number(slow.sigma, 2)} m/s over "
-        f"{number(slow.length, 2)} m: {why[slow.axis]}"
+        f"{OBSERVED_BY[drift.axis]} and the path drift apart by {number(drift.sigma, 2)} m/s over "
+        f"{number(drift.length, 2)} m: {causes[drift.axis]}"
     )
 
 
@@ -129,11 +129,11 @@ def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings
     for log, channel in dict.fromkeys((after.frame.recordings[n].name, name) for n, name in after.design.segments):
         own = [s for s in _segments(after, channel) if after.frame.recordings[after.design.segments[s][0]].name == log]
         manoeuvre = after.frame.recordings[after.design.segments[own[0]][0]].manoeuvre
-        alone, corrected = (
+        before_rms, after_rms = (
             float(np.sqrt(np.mean(np.concatenate([at.solution.residuals[at.design.rows(s)] for s in own]) ** 2)))
             for at in (before, after)
         )
         tests = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
         white = all(each is None or each.p_value >= settings.coloured for each in tests)
         noise = float(manoeuvre.noise[manoeuvre.row(channel)])
-        yield ChannelAgreement(log, channel, CHANNELS[channel].unit, alone, corrected, noise, white)
+        yield ChannelAgreement(log, channel, CHANNELS[channel].unit, before_rms, after_rms, noise, white)

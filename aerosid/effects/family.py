@@ -108,7 +108,7 @@ class Kind:
         Its name in a sentence, with the article; empty: `a` and its name in words.
     below : str
         The sentence where its parameter is below null and means the opposite; empty: the same.
-    is_zero : bool
+    is_bias : bool
         Whether it is an instrument's bias, which differs between flights.
     rarity : float
         Additional gain in -2 ln L required compared with a commoner effect of the same response.
@@ -124,7 +124,7 @@ class Kind:
     optional: tuple[str, ...] = ()
     noun: str = ""
     below: str = ""
-    is_zero: bool = False
+    is_bias: bool = False
     rarity: float = 0.0
 
     @property

@@ -48,7 +48,7 @@ def ground_effect(coefficient: str, reach: float) -> StateEffect:
     )
 
 
-def at_given_reach(whole: StateEffect, reach: float) -> StateEffect:
+def with_fixed_reach(whole: StateEffect, reach: float) -> StateEffect:
     """The effect with its reach fixed, for the test of a hypothesis."""
     return replace(
         whole, parameters=whole.parameters[:1], given=(0.0, reach), places=(0,), whole=ground_effect(whole.where, reach)
@@ -64,7 +64,7 @@ def _offered(
         for name in coefficients:
             for share in OFFERED.reaches:
                 reach = share * near_ground[0].span
-                yield Offer("ground_effect", name, (at_null(at_given_reach(ground_effect(name, reach), reach)),))
+                yield Offer("ground_effect", name, (at_null(with_fixed_reach(ground_effect(name, reach), reach)),))
 
 
 def _varies(height: Signal, span: float) -> bool:

@@ -104,7 +104,7 @@ FAMILY = Family(
             "{where} is measured with a bias (measured − true)",
             lambda where, numbers, _interval: sensor_bias(where, CHANNELS[where].unit, abs(numbers["bias"]) or 1.0),
             (Planted("alpha", {"bias": 0.02}),),
-            is_zero=True,
+            is_bias=True,
         ),
         Kind(
             "sensor_scale",

@@ -65,7 +65,7 @@ def damped_newton_step(
     size : float
         Largest component of the step, scaled by the information.
     before_step, at_final_variance, after_step : float
-        -2 ln L beyond that of `about`: before the step at the variances of the first round, before it at those of the
+        -2 ln L beyond that of `quadratic`: before the step at the variances of the first round, before it at those of the
         last, and after it. NaN, with the step, where the information is no number.
     """
     count = active.shape[0]

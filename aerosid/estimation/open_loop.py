@@ -49,7 +49,7 @@ def respond(
     *,
     effects: Sequence[ActiveEffect] = (),
     constants_of: tuple[str, ...] = (),
-    zeros: bool = False,
+    biases: bool = False,
     state: NDArray[np.float64] | None = None,
 ) -> Response:
     """The open-loop response of `model` to the inputs of a log.
@@ -67,7 +67,7 @@ def respond(
     constants_of : tuple of str
         Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument biases
         differ between flights.
-    zeros : bool
+    biases : bool
         Whether the instrument biases among the effects are estimated on this log too.
     state : ndarray, shape (n,), optional
         Start value of the initial state, if it is finite; by default from the first samples.
@@ -79,14 +79,14 @@ def respond(
             model,
             [manoeuvre],
             constants,
-            effects=[active if zeros and _is_zero(active) else frozen(active) for active in effects],
+            effects=[active if biases and _is_bias(active) else frozen(active) for active in effects],
             states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
             settings=_INITIAL_STATE,
         )
     except EstimationError:
-        left, gone = _out_of_range_response(model, manoeuvre.flight)
-        return Response(left, gone, dict.fromkeys(manoeuvre.outputs))
+        outputs, states = _out_of_range_response(model, manoeuvre.flight)
+        return Response(outputs, states, dict.fromkeys(manoeuvre.outputs))
     outputs, states = simulate(fitted.model, manoeuvre, fitted.states[0], fitted.effects)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}
@@ -98,10 +98,10 @@ def respond(
     return Response(outputs, states, rms)
 
 
-def _is_zero(active: ActiveEffect) -> bool:
+def _is_bias(active: ActiveEffect) -> bool:
     """Whether an effect is an instrument's bias, which differs between flights."""
     kind = KINDS.get(active.effect.kind)
-    return kind is not None and kind.is_zero
+    return kind is not None and kind.is_bias
 
 
 def simulate(
@@ -175,8 +175,8 @@ def _with_fitted_instants(
         )
         # Neighbouring instants hardly change the initial state: each step starts from the last one.
         nonlocal state
-        squares, state = _from_likeliest_state(likelihood, (*own, *at), completed.variance, state)
-        return squares
+        cost, state = _from_likeliest_state(likelihood, (*own, *at), completed.variance, state)
+        return cost
 
     interval = manoeuvre.interval
     grid: list[float | None] = [

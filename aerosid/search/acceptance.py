@@ -27,7 +27,7 @@ class AcceptedStructure:
 
     Attributes
     ----------
-    searched : SearchResult
+    search_result : SearchResult
         The search that selected it, with its disturbances.
     completed : Refinement
         The open-loop estimate.
@@ -37,7 +37,7 @@ class AcceptedStructure:
         The parts eliminated by cross-validation.
     """
 
-    searched: SearchResult
+    search_result: SearchResult
     completed: Refinement
     uncertainty: Deviations
     refuted: tuple[Part, ...] = ()
@@ -45,10 +45,10 @@ class AcceptedStructure:
     @property
     def forces(self) -> ActiveEffect | None:
         """The unmodelled forces in the search's final estimate."""
-        return unmodelled_forces_of(self.searched.estimate)
+        return unmodelled_forces_of(self.search_result.estimate)
 
 
-class TestedStructure(NamedTuple):
+class AcceptanceInput(NamedTuple):
     """Input of the acceptance tests: the re-estimated declared structure, the search results, validation flights."""
 
     before: Refinement
@@ -60,20 +60,20 @@ class AcceptanceTest(NamedTuple):
     """A requirement on every finding, and the elimination of the parts that do not meet it."""
 
     requirement: str
-    apply: Callable[[StructureSearch, TestedStructure, AcceptedStructure], AcceptedStructure]
+    apply: Callable[[StructureSearch, AcceptanceInput, AcceptedStructure], AcceptedStructure]
 
 
 def accept(
     search: StructureSearch, before: Refinement, results: MultiStartResult, validation: Sequence[Manoeuvre]
 ) -> AcceptedStructure:
     """The structure that passes all acceptance tests; `validation`: flights that were not fitted."""
-    selected, searched = TestedStructure(before, results, tuple(validation)), results.best
+    tested, search_result = AcceptanceInput(before, results, tuple(validation)), results.best
     completed, uncertainty = eliminate_on_final_estimate(
-        search, search.refined(_without_unmodelled_forces(searched.estimate, before))
+        search, search.refined(_without_unmodelled_forces(search_result.estimate, before))
     )
-    accepted = AcceptedStructure(searched, completed, uncertainty)
+    accepted = AcceptedStructure(search_result, completed, uncertainty)
     for test in ACCEPTANCE_TESTS:
-        accepted = test.apply(search, selected, accepted)
+        accepted = test.apply(search, tested, accepted)
     return accepted
 
 
@@ -91,10 +91,10 @@ def _without_unmodelled_forces(current: Refinement, before: Refinement) -> Refin
 
 
 def _exceeding_unmodelled_forces(
-    search: StructureSearch, selected: TestedStructure, retained: AcceptedStructure
+    search: StructureSearch, tested: AcceptanceInput, retained: AcceptedStructure
 ) -> AcceptedStructure:
     """The structure found without disturbances, where its gain far exceeds that of the parts retained with forces."""
-    plain, limits = selected.results.plain, search.settings
+    plain, limits = tested.results.plain, search.settings
     least = limits.gusts.no_imitation * search.samples
     if (
         retained.forces is None
@@ -102,37 +102,37 @@ def _exceeding_unmodelled_forces(
     ):
         return retained
     found = [plain]
-    if is_better_in_gusts(search, plain, selected.results.in_gusts):
-        found.append(with_separation_if_better(search, plain, selected.validation))
+    if is_better_in_gusts(search, plain, tested.results.in_gusts):
+        found.append(with_separation_if_better(search, plain, tested.validation))
     if search.separation_coefficients and len(search.parts(plain.estimate, None)) >= limits.separation.patches:
-        estimate, alternatives = search_separation_first(search, selected.before)
+        estimate, alternatives = search_separation_first(search, tested.before)
         found.append(replace(plain, estimate=estimate, alternatives=alternatives))
     best = min(found, key=lambda each: search.penalised_cost(each.estimate))
     return AcceptedStructure(best, *eliminate_on_final_estimate(search, refine_on(best.estimate, search.manoeuvres)))
 
 
 def _cross_validated(
-    search: StructureSearch, selected: TestedStructure, retained: AcceptedStructure
+    search: StructureSearch, tested: AcceptanceInput, retained: AcceptedStructure
 ) -> AcceptedStructure:
     """The structure without the parts that make the prediction of the validation flights worse."""
-    remaining, refuted = eliminate_by_cross_validation(retained.completed, search, selected.validation)
+    remaining, refuted = eliminate_by_cross_validation(retained.completed, search, tested.validation)
     if not refuted:
         return retained
     completed, uncertainty = eliminate_on_final_estimate(search, refine_on(remaining, search.manoeuvres))
-    gain = search.penalised_cost(selected.before) - search.penalised_cost(completed)
+    gain = search.penalised_cost(tested.before) - search.penalised_cost(completed)
     least = search.settings.gusts.no_imitation * search.samples
     if search.settings.disturbances and search.is_inadequate(completed) and gain < least:
         # The search did not find the remaining parts by themselves: they were selected together with the refuted ones.
         rest = eliminate_insignificant(search, with_unmodelled_forces(search, completed))
         completed, uncertainty = eliminate_on_final_estimate(
-            search, refine_on(_without_unmodelled_forces(rest, selected.before), search.manoeuvres)
+            search, refine_on(_without_unmodelled_forces(rest, tested.before), search.manoeuvres)
         )
     return replace(retained, completed=completed, uncertainty=uncertainty, refuted=refuted)
 
 
 def _without_inconsistent_sensor(
     search: StructureSearch,
-    selected: TestedStructure,  # noqa: ARG001
+    tested: AcceptanceInput,  # noqa: ARG001
     retained: AcceptedStructure,
 ) -> AcceptedStructure:
     """The structure without errors of a sensor whose channel alone keeps a residual: its error is of another kind."""

@@ -132,10 +132,12 @@ def attribute(
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])
         uncertainty = deviations(completed, manoeuvres)
         suggested = tuple(each for each in suggested if each not in [term.suggested for term in confirmed])
-    with_forces = filter_error(completed, forces, accepted.searched.estimate.variance, manoeuvres) if forces else None
+    with_forces = (
+        filter_error(completed, forces, accepted.search_result.estimate.variance, manoeuvres) if forces else None
+    )
     uncertainty = widened(uncertainty, with_forces)
     findings = findings_with_p_values(search, completed, uncertainty)
-    alternatives = accepted.searched.alternatives
+    alternatives = accepted.search_result.alternatives
     if forces is not None and settings.instruments_compared:
         # Those forces follow the open-loop residual of an alternative, and may so distinguish it where the motion alone
         # does not.

@@ -53,7 +53,7 @@ def output_error_in_calm_air(
     declared_fit = begun(partial(_transferable_fit, plain, search.manoeuvres))
     measured_by_kinematics = _measured(decision)
     measured = {
-        active: errors for active, errors in measured_by_kinematics.items() if not KINDS[active.effect.kind].is_zero
+        active: errors for active, errors in measured_by_kinematics.items() if not KINDS[active.effect.kind].is_bias
     }
     by_name = {active.name: active for active in measured_by_kinematics}
     effects = tuple(by_name.get(active.name, active) for active in decision.completed.point.effects)

@@ -59,7 +59,7 @@ def replace_parts(
             entered = {part.label for part in search.parts(best, None)} - {p.label for p in search.parts(reduced, None)}
             replaced |= entered
             listed = [other for other in listed if other.instead_of != named(group[0].label)]
-        listed.extend(indistinguishable_fits(search, current, reduced, trials))
+        listed.extend(indistinguishable_findings(search, current, reduced, trials))
     return current, tuple(listed)
 
 
@@ -96,7 +96,9 @@ def alternatives_to_parts(search: StructureSearch, current: Refinement) -> tuple
     """The indistinguishable alternatives to each found part, for an unchanged estimate."""
     found: list[Finding] = []
     for group in search.groups(current):
-        found.extend(indistinguishable_fits(search, current, *replacement_fits(search, current, group, exclusive=True)))
+        found.extend(
+            indistinguishable_findings(search, current, *replacement_fits(search, current, group, exclusive=True))
+        )
     return tuple(found)
 
 
@@ -206,7 +208,7 @@ def simultaneous_step_changes(search: StructureSearch, group: Sequence[Part]) ->
     return [Score(each, 0.0, (0.0,) * each.parameters, 0.0) for each in nearest.values()]
 
 
-def indistinguishable_fits(
+def indistinguishable_findings(
     search: StructureSearch, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]
 ) -> list[Finding]:
     """Findings of those trials whose penalised cost is within the margin of indifference of the chosen estimate's."""

@@ -122,22 +122,26 @@ def _start_along(
     values = declared.values.copy()
     values[declared.indices(free)] = [before.model.value(entry) for entry in free]
     variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
-    still = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
-    statistics = _statistics(still, variance, settings.sweeps)
-    flown = SweptModel(completed.model, completed.free, completed.effects, completed.states, still, statistics)
-    plain = SweptModel(declared.with_values(values), tuple(free), tuple(given), flown.states, still, statistics)
-    start = FlightsInError(tuple(manoeuvres), tuple(coefficients)).carried(flown, plain)
+    no_error = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
+    statistics = _statistics(no_error, variance, settings.sweeps)
+    completed_start = SweptModel(
+        completed.model, completed.free, completed.effects, completed.states, no_error, statistics
+    )
+    declared_start = SweptModel(
+        declared.with_values(values), tuple(free), tuple(given), completed_start.states, no_error, statistics
+    )
+    start = FlightsInError(tuple(manoeuvres), tuple(coefficients)).carried(completed_start, declared_start)
     return replace(start, statistics=_statistics(start.forces, variance, settings.sweeps))
 
 
 def _statistics(forces: Sequence[Array], variance: Array, settings: SweepSettings) -> ErrorStatistics:
     """Start values of the statistics of d(t)."""
     first = settings.first_spread
-    spread = (first,) * forces[0].shape[1] if first is not None else _spread(forces, settings)
-    return ErrorStatistics(spread, settings.first_memory, variance)
+    standard_deviations = (first,) * forces[0].shape[1] if first is not None else _standard_deviations(forces, settings)
+    return ErrorStatistics(standard_deviations, settings.first_memory, variance)
 
 
-def _spread(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ...]:
+def _standard_deviations(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ...]:
     """Root mean square of d(t) in each coefficient, all flights together."""
     rms = np.sqrt(np.mean(np.concatenate(forces) ** 2, axis=0))
     return tuple(np.clip(rms, settings.least_spread, settings.most_spread).tolist())
@@ -193,17 +197,17 @@ def _refinement(sweep: Sweep) -> tuple[Refinement, Deviations]:
         converged=sweep.converged,
     )
     white = sweep.rows.known[:, order]
-    plain = _deviations(white.T @ white)
+    bounds = _deviations(white.T @ white)
     corrected = np.sqrt(np.diag(fit.covariance))
     covariance = fit.covariance[:free, :free]
     return refinement, Deviations(
         corrected=corrected[:free],
-        white=plain[:free],
+        white=bounds[:free],
         published=corrected[:free],
         covariance=covariance,
         correlation_max=_largest_correlation(fit.covariance)[:free],
         effects=corrected[free : free + slopes],
-        effects_white=plain[free + count :],
+        effects_white=bounds[free + count :],
     )
 
 
