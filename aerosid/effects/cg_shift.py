@@ -81,7 +81,7 @@ FAMILY = Family(
         Kind(
             "cg_shift",
             "axis",
-            "the centre of gravity lies elsewhere along {where}",
+            "the centre of gravity is displaced along {where}",
             lambda where, numbers, interval: (
                 sudden_cg_shift(where, numbers["time"], interval) if "time" in numbers else cg_shift(where)
             ),

@@ -206,11 +206,11 @@ FAMILY = Family(
         Kind(
             "control_delay",
             "input",
-            "{where} acts with a delay",
+            "{where} acts with a time delay",
             lambda where, numbers, _interval: control_delay(where, min(0.0, 2.0 * numbers["delay"])),
             (Planted("delta_e", {"delay": 0.12}),),
             follows_its_score=False,
-            below="{where} acts before it is recorded",
+            below="{where} acts before it is recorded (negative time delay)",
         ),
         Kind(
             "control_rate_limit",

@@ -54,7 +54,7 @@ FAMILY = Family(
             "{where} differs from the declared one",
             lambda where, numbers, _interval: inertia(where, abs(numbers["change"]) or 1.0),
             (Planted("I_xz", {"change": 1500.0}, axes=LATERAL),),
-            noun="another moment or product of inertia",
+            noun="an error of a moment or product of inertia",
             rarity=6.0,
         ),
     ),

@@ -109,7 +109,7 @@ FAMILY = Family(
         Kind(
             "sensor_scale",
             "channel",
-            "{where} is measured with a wrong scale (measured / true)",
+            "{where} is measured with a scale factor error (measured / true)",
             lambda where, _numbers, _interval: sensor_scale(where),
             (Planted("q", {"scale": 1.08}),),
             negative=False,
@@ -117,10 +117,10 @@ FAMILY = Family(
         Kind(
             "sensor_delay",
             "channel",
-            "{where} is recorded late",
+            "{where} is recorded with a time delay",
             lambda where, _numbers, _interval: sensor_delay(where),
             (Planted("alpha", {"delay": 0.1}),),
-            below="{where} is recorded early",
+            below="{where} is recorded early (negative time delay)",
         ),
         Kind(
             "sensor_lag",

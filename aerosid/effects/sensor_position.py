@@ -87,7 +87,7 @@ FAMILY = Family(
         Kind(
             "sensor_position",
             "channel",
-            "the sensor of {where} sits elsewhere than declared",
+            "the sensor of {where} has a position error",
             _made,
             (Planted("alpha", {"position": 6.0}), Planted("beta", {"x": 5.0, "z": -0.4}, axes=LATERAL)),
             optional=("position", "x", "y", "z"),

@@ -65,8 +65,8 @@ def damped_newton_step(
     size : float
         Largest component of the step, scaled by the information.
     before_step, at_final_variance, after_step : float
-        -2 ln L beyond that of `quadratic`: before the step at the variances of the first round, before it at those of the
-        last, and after it. NaN, with the step, where the information is no number.
+        -2 ln L less that of `quadratic`: before the step at the variances of the first round, before it at those of
+        the last, and after it. NaN, with the step, where the information is NaN.
     """
     count = active.shape[0]
     variance = quadratic.variance.copy()
