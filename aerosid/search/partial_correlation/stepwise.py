@@ -2,9 +2,8 @@
 
 Parameswaran & Raol 1994, section 3.3, on any flight: d(t) of the present structure, candidates passed through the same
 estimator, partial correlation of each with d(t) in its coloured noise; the likeliest of the best few enters if its
-correlation is significant among so many; recursive least squares of all terms; repeated until no candidate correlates
-with d(t). Time delays and lags of controls, and delays, lags, scale factors and biases of sensors are regressors too,
-to first order.
+correlation is significant among so many; recursive least squares of all terms; repeated until no candidate correlates.
+Delays and lags of controls, and delays, lags, scale factors and biases of sensors are regressors too, to first order.
 """
 
 from __future__ import annotations
@@ -144,13 +143,9 @@ class _Search:
         self.manoeuvres = tuple(manoeuvres)
         self.sweeps = FlightSweeps(manoeuvres, coefficients, settings.sweeps)
         self.declared = declared
-        observable = [all(is_seen(active) for active in h.effects) for h in hypotheses]
-        self.observable = thinned(
-            [h for h, shown in zip(hypotheses, observable, strict=True) if shown], settings.jump_stride
-        )
-        self.unobservable = tuple(
-            dict.fromkeys(h.kind for h, shown in zip(hypotheses, observable, strict=True) if not shown)
-        )
+        seen = [all(is_seen(active) for active in h.effects) for h in hypotheses]
+        self.observable = thinned([h for h, shown in zip(hypotheses, seen, strict=True) if shown], settings.jump_stride)
+        self.unobservable = tuple(dict.fromkeys(h.kind for h, shown in zip(hypotheses, seen, strict=True) if not shown))
         self.chords = chords_of(self.observable)
         self.tested = len(self.observable)
         self.values = sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
@@ -198,10 +193,9 @@ class _Search:
             new = self._new_parts(current, trial.sweep)
             numbers = sum(len(part.std_errors) or 1 for part in new)
             least = 2.0 * self.settings.evidence + numbers * np.log(self.values)
-            cheaper = (
-                trial.penalised_cost < current.cost - self.settings.price and trial.sweep.cost < current.cost - least
-            )
-            if not new or not cheaper or not self._reduces_model_error(current, trial.sweep, new):
+            better = trial.penalised_cost < current.cost - self.settings.price
+            better &= trial.sweep.cost < current.cost - least
+            if not new or not better or not self._reduces_model_error(current, trial.sweep, new):
                 continue
             if any(part.is_disturbance for part in new):
                 return self.sweeps.estimate(trial.sweep.swept), []
