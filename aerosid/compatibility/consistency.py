@@ -15,7 +15,7 @@ from aerosid.compatibility.agreement import Agreement, KinematicConsistency
 from aerosid.compatibility.contradiction import contradictions
 from aerosid.compatibility.flight_path import GIVEN, OBSERVED
 from aerosid.compatibility.instrument_agreement import agreement_of
-from aerosid.compatibility.recording import Recording, lacking, read_recording
+from aerosid.compatibility.recording import Recording, missing_channels, read_recording
 from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
@@ -138,6 +138,6 @@ def _contradictory(
 
 
 def _exclusion_note(log: FlightLog, settings: CompatibilitySettings) -> str:
-    absent = lacking(log, settings.stretches)
+    absent = missing_channels(log, settings.stretches)
     why = f"it lacks {', '.join(absent)}" if absent else "no stretch of 3 s is without gaps"
     return f"{log.name}: its instruments cannot be compared by kinematics, {why}."

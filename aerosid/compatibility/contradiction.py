@@ -84,7 +84,7 @@ class ContradictionSettings:
     largest_scale: float = 0.5
     shifts: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
 
-    def worst_share(self, output: str) -> float:
+    def worst_fraction(self, output: str) -> float:
         """Unexplained fraction of an output's variation from which it contradicts."""
         return self.misfit_h if output == "h" else self.misfit
 
@@ -162,16 +162,18 @@ class Contradiction:
     @property
     def sentence(self) -> str:
         """The contradiction in words."""
-        share = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is unexplained"
+        fraction = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is unexplained"
         if self.remedy:
-            return f"{self.log}: {self.channels[0]} contradicts the other channels ({share}); it agrees {self.remedy}."
+            return (
+                f"{self.log}: {self.channels[0]} contradicts the other channels ({fraction}); it agrees {self.remedy}."
+            )
         if len(self.channels) == 1:
             return (
-                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({share}); "
+                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({fraction}); "
                 "check that it belongs to this flight and has the same clock."
             )
         return (
-            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q ({share}); "
+            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q ({fraction}); "
             "check that all of them belong to this flight, and their signs, units and clocks."
         )
 
@@ -299,9 +301,9 @@ def _contradicting_outputs(
 ) -> tuple[str, ...]:
     """The outputs whose misfit exceeds noise, gusts and drift."""
     contradicting = []
-    for name, (share, misfit) in misfits.items():
+    for name, (fraction, misfit) in misfits.items():
         least = max(settings.least(name, windows.airspeed), settings.above_noise * windows.noise[name])
-        if share > settings.worst_share(name) and misfit > least:
+        if fraction > settings.worst_fraction(name) and misfit > least:
             contradicting.append(name)
     return tuple(contradicting)
 
@@ -311,10 +313,10 @@ def _suspect_outputs(
 ) -> tuple[str, ...]:
     """The outputs that contradict if a change of sign, unit or clock removes their misfit."""
     suspect = []
-    for name, (share, misfit) in misfits.items():
+    for name, (fraction, misfit) in misfits.items():
         air = settings.doubtful_air * settings.least(name, windows.airspeed)
         noise = settings.doubtful_noise * settings.above_noise * windows.noise[name]
-        if share > settings.doubtful and misfit > max(air, noise):
+        if fraction > settings.doubtful and misfit > max(air, noise):
             suspect.append(name)
     return tuple(suspect)
 
@@ -360,7 +362,7 @@ def _single_inconsistent_output(windows: Recording, settings: ContradictionSetti
         if len(others) < 2:
             continue
         after = _misfits(windows, settings, outputs=others)
-        remaining = max(share for share, _ in after.values())
+        remaining = max(fraction for fraction, _ in after.values())
         if not _contradicting_outputs(windows, settings, after) and (best is None or remaining < best[0]):
             best = (remaining, name)
     return None if best is None else best[1]

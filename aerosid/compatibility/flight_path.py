@@ -106,9 +106,9 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
             total, column_total = np.zeros(_STATES), np.zeros((_STATES, width))
             for stage in range(4):
                 within = 0.0 if stage == 0 else (0.5 if stage < 3 else 1.0)
-                share = (piece + within) / pieces
-                here[:] = (1.0 - share) * given[k] + share * given[k + 1]
-                along[:, :] = (1.0 - share) * directions[k] + share * directions[k + 1]
+                fraction = (piece + within) / pieces
+                here[:] = (1.0 - fraction) * given[k] + fraction * given[k + 1]
+                along[:, :] = (1.0 - fraction) * directions[k] + fraction * directions[k + 1]
                 _rates(at, here, rates, by_state, by_driving)
                 for a in range(_STATES):
                     for c in range(width):

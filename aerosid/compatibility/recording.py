@@ -116,7 +116,7 @@ class Recording:
         return self.measured[:, OBSERVED.index(name)] if name in OBSERVED else self.inputs[:, GIVEN.index(name)]
 
 
-def lacking(log: FlightLog, settings: StretchSettings = STRETCHES) -> tuple[str, ...]:
+def missing_channels(log: FlightLog, settings: StretchSettings = STRETCHES) -> tuple[str, ...]:
     """The required channels that the log lacks."""
     return tuple(name for name in NEEDED if not _is_present(log, name, settings))
 
@@ -127,7 +127,7 @@ def _is_present(log: FlightLog, name: str, settings: StretchSettings) -> bool:
 
 def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Recording | None:
     """The log as arrays; None where a required channel is absent or there is no stretch without gaps."""
-    if lacking(log, settings):
+    if missing_channels(log, settings):
         return None
     time = np.array(log.time)
     inputs = np.zeros((time.size, len(GIVEN)))
@@ -149,8 +149,8 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
     for stretch in stretches:
         inside = time[stretch]
         margin = min(settings.margin, settings.margin_share * float(inside[-1] - inside[0]))
-        kept = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
-        compared[stretch] = np.isfinite(measured[stretch]) & kept[:, None]
+        used = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
+        compared[stretch] = np.isfinite(measured[stretch]) & used[:, None]
     names = dict.fromkeys((*NEEDED, *OBSERVED))
     noise = {name: channel_noise(log, name).deviation for name in names if name in log}
     return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)), settings)
@@ -159,20 +159,20 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
 def compacted(recording: Recording, settings: StretchSettings = STRETCHES) -> Recording:
     """The recording without the samples that are far from every stretch; the time of the others is unchanged."""
     time = recording.time
-    keep = np.zeros(time.size, dtype=bool)
+    retained = np.zeros(time.size, dtype=bool)
     for stretch in recording.stretches:
         first = np.searchsorted(time, time[stretch.start] - settings.padding)
-        keep[first : np.searchsorted(time, time[stretch.stop - 1] + settings.padding, side="right")] = True
-    if keep.all():
+        retained[first : np.searchsorted(time, time[stretch.stop - 1] + settings.padding, side="right")] = True
+    if retained.all():
         return recording
-    place = np.cumsum(keep) - 1
+    place = np.cumsum(retained) - 1
     stretches = tuple(slice(int(place[s.start]), int(place[s.stop - 1]) + 1) for s in recording.stretches)
     return replace(
         recording,
-        time=time[keep],
-        inputs=recording.inputs[keep],
-        measured=recording.measured[keep],
-        compared=recording.compared[keep],
+        time=time[retained],
+        inputs=recording.inputs[retained],
+        measured=recording.measured[retained],
+        compared=recording.compared[retained],
         stretches=stretches,
     )
 
@@ -207,12 +207,12 @@ def _whole_stretches(time: Array, inputs: Array, measured: Array, settings: Stre
             if long_enough and seen[piece].sum(axis=0).min() >= settings.fewest_seen:
                 pieces.append(piece)
     total = 0
-    kept: list[slice] = []
+    used: list[slice] = []
     for piece in most_excited(inputs, pieces):
         if total == 0 or total + piece.stop - piece.start <= settings.most_samples:
-            kept.append(piece)
+            used.append(piece)
             total += piece.stop - piece.start
-    return tuple(sorted(kept, key=lambda piece: piece.start))
+    return tuple(sorted(used, key=lambda piece: piece.start))
 
 
 def first_states(recording: Recording) -> tuple[Array, ...]:

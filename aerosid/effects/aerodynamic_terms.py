@@ -168,7 +168,7 @@ def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterato
     low, high = (float(value) for value in np.percentile(alpha, [1.0, 99.0]))
     if high - low < OFFERED.least_range:
         return
-    for knot in dict.fromkeys(round((low + share * (high - low)) / OFFERED.knot_grid) for share in OFFERED.knots):
+    for knot in dict.fromkeys(round((low + fraction * (high - low)) / OFFERED.knot_grid) for fraction in OFFERED.knots):
         sign = "-" if knot >= 0 else "+"
         start = f" {sign} {abs(knot) * OFFERED.knot_grid:.2f}" if knot else ""
         for power in ("", "^2"):

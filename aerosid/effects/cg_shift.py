@@ -47,7 +47,7 @@ def cg_shift(axis: str) -> InputEffect:
     )
 
 
-def sudden_cg_shift(axis: str, time: float, interval: float) -> InputEffect:
+def cg_shift_step(axis: str, time: float, interval: float) -> InputEffect:
     """The centre of gravity moves by `shift` along an axis at an instant near `time` [s]; both are estimated."""
     return step_input("cg_shift", axis, centre_column(axis), _shift(), SOURCE, time, interval)
 
@@ -73,7 +73,7 @@ def _offered(
 
 
 def _moving(axis: str, time: float, interval: float) -> tuple[InputEffect, ...]:
-    return (sudden_cg_shift(axis, time, interval),)
+    return (cg_shift_step(axis, time, interval),)
 
 
 FAMILY = Family(
@@ -83,7 +83,7 @@ FAMILY = Family(
             "axis",
             "the centre of gravity is displaced along {where}",
             lambda where, numbers, interval: (
-                sudden_cg_shift(where, numbers["time"], interval) if "time" in numbers else cg_shift(where)
+                cg_shift_step(where, numbers["time"], interval) if "time" in numbers else cg_shift(where)
             ),
             (Planted("x", {"shift": 0.06, "time": 4.0}),),
             optional=("time",),

@@ -62,7 +62,7 @@ def gusts_of(axes: Axes) -> tuple[NoiseEffect, ...]:
 def _correlated(p: tuple[float, ...], interval: float, airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Variance and memory of each column; `p`: standard deviations first, then the one scale length."""
     memory = float(np.exp(-airspeed * interval / p[-1]))
-    return tuple(spread**2 for spread in p[:-1]), (memory,) * (len(p) - 1)
+    return tuple(sigma**2 for sigma in p[:-1]), (memory,) * (len(p) - 1)
 
 
 def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
@@ -70,7 +70,7 @@ def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
 
     They explain nothing. A gust must gain more than they do to be named.
     """
-    spreads = tuple(
+    sigmas = tuple(
         EffectParameter(name, "1", trials=(2e-3,), lowest=1e-6, highest=1.0, step=0.0) for name in coefficients
     )
     memories = tuple(
@@ -79,13 +79,13 @@ def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
     )
 
     def noise(p: tuple[float, ...], interval: float, _airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        spread, memory = p[: len(coefficients)], p[len(coefficients) :]
-        return tuple(value**2 for value in spread), tuple(float(np.exp(-interval / value)) for value in memory)
+        sigma, memory = p[: len(coefficients)], p[len(coefficients) :]
+        return tuple(value**2 for value in sigma), tuple(float(np.exp(-interval / value)) for value in memory)
 
     return NoiseEffect(
         "unmodelled_forces",
         "",
-        (*spreads, *memories),
+        (*sigmas, *memories),
         tuple(offset_column(name) for name in coefficients),
         noise,
         "the model error d(t) of Parameswaran & Raol 1994, with a memory",

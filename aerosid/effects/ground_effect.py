@@ -62,8 +62,8 @@ def _offered(
     near_ground = [flight for flight in flights if flight.height is not None and _varies(flight.height, flight.span)]
     if near_ground:
         for name in coefficients:
-            for share in OFFERED.reaches:
-                reach = share * near_ground[0].span
+            for fraction in OFFERED.reaches:
+                reach = fraction * near_ground[0].span
                 yield Offer("ground_effect", name, (at_null(with_fixed_reach(ground_effect(name, reach), reach)),))
 
 

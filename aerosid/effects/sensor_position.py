@@ -36,8 +36,8 @@ def farthest_place(channel: str, mean_chord: float, length: float | None = None)
     length : float, optional
         Of the aircraft, m; by default a multiple of its chord.
     """
-    share = OFFERED.reach_inside if channel in ACCELERATIONS else OFFERED.reach
-    return share * (length or OFFERED.length_in_chords * mean_chord)
+    fraction = OFFERED.reach_inside if channel in ACCELERATIONS else OFFERED.reach
+    return fraction * (length or OFFERED.length_in_chords * mean_chord)
 
 
 def sensor_position(channel: str, axis: str) -> PositionEffect:

@@ -73,7 +73,7 @@ def thrust_asymmetry() -> InputEffect:
     )
 
 
-def sudden_thrust_asymmetry(time: float, interval: float) -> InputEffect:
+def thrust_asymmetry_step(time: float, interval: float) -> InputEffect:
     """The thrust acts `arm` m left of the centre of gravity from an instant near `time` [s] on; both are estimated."""
     return step_input("thrust_asymmetry", "thrust", ARM_COLUMN, _arm(), SOURCE, time, interval)
 
@@ -85,8 +85,8 @@ def _offered(
         return  # forces along x are not modelled
     thrusts = [flight.inputs["thrust"] for flight in flights]
     mean = max(float(np.mean(np.abs(thrust))) for thrust in thrusts)
-    spread = float(np.ptp(np.concatenate(thrusts)))
-    if spread > OFFERED.least_thrust * mean > 0.0:
+    variation = float(np.ptp(np.concatenate(thrusts)))
+    if variation > OFFERED.least_thrust * mean > 0.0:
         yield Offer("thrust_scale", "thrust", (at_null(thrust_scale()),))
         for effect in (control_lag("thrust"), control_delay("thrust")):
             yield Offer(effect.kind, "thrust", (at_null(effect),))
@@ -117,7 +117,7 @@ FAMILY = Family(
             "input",
             "thrust acts to the left of the centre of gravity",
             lambda _where, numbers, interval: (
-                sudden_thrust_asymmetry(numbers["time"], interval) if "time" in numbers else thrust_asymmetry()
+                thrust_asymmetry_step(numbers["time"], interval) if "time" in numbers else thrust_asymmetry()
             ),
             (Planted("thrust", {"arm": 0.3, "time": 6.0}, axes=LATERAL),),
             optional=("time",),

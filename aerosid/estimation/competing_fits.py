@@ -137,7 +137,7 @@ def evaluated_starts(
 class _TransferredPoint(NamedTuple):
     """A point in a form to transfer between processes: of its effects, only their values."""
 
-    bare: Point
+    point_without_effects: Point
     numbers: tuple[tuple[float, ...], ...]
 
     @classmethod
@@ -146,7 +146,7 @@ class _TransferredPoint(NamedTuple):
 
     def point(self, effects: Sequence[ActiveEffect]) -> Point:
         """The point with the `effects` of its structure."""
-        return replace(self.bare, effects=with_numbers(effects, self.numbers))
+        return replace(self.point_without_effects, effects=with_numbers(effects, self.numbers))
 
 
 class TransferredFit(NamedTuple):

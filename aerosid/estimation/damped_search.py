@@ -72,10 +72,10 @@ def levenberg_marquardt_step(
     floor = None if hold_variance else likelihood.variance_floor
     # With disturbances the cost is not known from the outputs' noise variances alone: no step relies on them then.
     disturbed = point.is_disturbed
-    known, share = False, 1.0
+    known, fraction = False, 1.0
     rounds = 1 if disturbed else DAMPED_STEPS.weightings
     while True:
-        predicted = _predicted_step(point, active, damping, floor, rounds, share)
+        predicted = _predicted_step(point, active, damping, floor, rounds, fraction)
         ahead = likelihood.moved(point, predicted.step)
         small = predicted.size < settings.step_tolerance or predicted.predicted_decrease < settings.cost_tolerance
         calm = hold_variance or predicted.level < settings.variance_tolerance
@@ -86,7 +86,7 @@ def levenberg_marquardt_step(
                 damping,
             )
         trial = likelihood.evaluate(*ahead, predicted.variance)
-        settling = None if disturbed or share < 1.0 else floor
+        settling = None if disturbed or fraction < 1.0 else floor
         reached = np.inf if trial is None else _concentrated_cost(trial, settling)
         if trial is not None and reached <= predicted.cost + 1e-9 * abs(predicted.cost):
             break
@@ -98,14 +98,14 @@ def levenberg_marquardt_step(
             continue
         if predicted.level > 0.0 and not known:
             # The comparison is exact only at the point's own noise variances.
-            again = likelihood.evaluate(point.values, point.states, point.effects, predicted.variance)
-            if again is None:
+            re_evaluated = likelihood.evaluate(point.values, point.states, point.effects, predicted.variance)
+            if re_evaluated is None:
                 return None
-            if again.cost > point.cost + 1e-9 * abs(point.cost):
+            if re_evaluated.cost > point.cost + 1e-9 * abs(point.cost):
                 # A disturbance explains part of the output noise: half the change of the variances, or none.
-                share = 0.5 * share if 0.5 * predicted.level > DAMPED_STEPS.least_change else 0.0
+                fraction = 0.5 * fraction if 0.5 * predicted.level > DAMPED_STEPS.least_change else 0.0
                 continue
-            point, known, share = again, True, 0.0
+            point, known, fraction = re_evaluated, True, 0.0
             if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):
                 break
         damping *= 10.0
@@ -130,8 +130,8 @@ def _is_converged(
     """
     level, enough = predicted.level, settings.variance_tolerance
     if floor is not None:
-        left = float(np.max(np.abs(np.log(point.maximum_likelihood_variance(floor) / point.variance))))
-        level, enough = min(level, left), 10.0 * enough
+        log_ratio = float(np.max(np.abs(np.log(point.maximum_likelihood_variance(floor) / point.variance))))
+        level, enough = min(level, log_ratio), 10.0 * enough
     small = predicted.size < settings.step_tolerance or abs(fall) < settings.cost_tolerance
     return bool(small) and level < enough
 
@@ -142,17 +142,17 @@ def _predicted_step(
     damping: float,
     floor: NDArray[np.float64] | None,
     rounds: int,
-    share: float,
+    fraction: float,
 ) -> _PredictedStep:
     """The damped step to the maximum of the linearised likelihood in noise variances and parameters together.
 
     A step at fixed variances converges slowly where the structure is wrong, as it weights the outputs by the previous
     residuals. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they are held.
-    `share`: fraction of their first update from the point's to the maximum-likelihood values, in the logarithm.
+    `fraction`: of their first update from the point's to the maximum-likelihood values, in the logarithm.
     """
     least = np.zeros_like(point.variance) if floor is None else floor
     step, variance, size, before_step, at_final_variance, after_step = damped_step.damped_newton_step(
-        point.quadratic, active, damping, least, floor is None, rounds, share, DAMPED_STEPS.settled
+        point.quadratic, active, damping, least, floor is None, rounds, fraction, DAMPED_STEPS.settled
     )
     level = float(np.max(np.abs(np.log(variance / point.variance))))
     return _PredictedStep(

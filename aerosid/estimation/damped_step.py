@@ -38,7 +38,7 @@ def damped_newton_step(
     floor: NDArray[np.float64],
     held: bool,
     rounds: int,
-    share: float,
+    fraction: float,
     enough: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, float, float]:
     """The damped step, the noise variances at its end, its size, and -2 ln L at three points.
@@ -53,8 +53,8 @@ def damped_newton_step(
         Whether the variances keep their values.
     rounds : int
         Largest number of alternate updates of the step and the variances.
-    share : float
-        Fraction of the first update of the variances to their maximum-likelihood values, in the logarithm.
+    fraction : float
+        Of the first update of the variances to their maximum-likelihood values, in the logarithm.
     enough : float
         Change of a variance's logarithm that ends the rounds.
 
@@ -73,7 +73,7 @@ def damped_newton_step(
     if not held:
         likeliest = maximum_likelihood_variance(quadratic, quadratic.squares, floor)
         for i in range(variance.shape[0]):
-            variance[i] *= (likeliest[i] / variance[i]) ** share
+            variance[i] *= (likeliest[i] / variance[i]) ** fraction
     places = np.flatnonzero(active)
     size = places.shape[0]
     normal, gradient = at_variance(quadratic, variance)
@@ -140,8 +140,8 @@ def maximum_likelihood_variance(
     """
     variance = np.empty(quadratic.variance.shape[0])
     for i in range(variance.shape[0]):
-        share = squares[i] / max(quadratic.counts[i], 1.0) if quadratic.counts[i] > 0.0 else 1.0
-        variance[i] = max(quadratic.variance[i] * share, floor[i])
+        fraction = squares[i] / max(quadratic.counts[i], 1.0) if quadratic.counts[i] > 0.0 else 1.0
+        variance[i] = max(quadratic.variance[i] * fraction, floor[i])
     return variance
 
 

@@ -82,8 +82,10 @@ def estimate_noise_statistics(likelihood: Likelihood, point: Point, *, hold_vari
 
 def _noisy(likelihood: Likelihood, point: Point) -> NDArray[np.int64]:
     """The extra inputs with noise in some manoeuvre; the others have no effect."""
-    spreads = [acting_flight(likelihood.model, each, point.effects)[0].input_variance for each in likelihood.manoeuvres]
-    return np.flatnonzero(np.any(np.array(spreads) > 0.0, axis=0))
+    variances = [
+        acting_flight(likelihood.model, each, point.effects)[0].input_variance for each in likelihood.manoeuvres
+    ]
+    return np.flatnonzero(np.any(np.array(variances) > 0.0, axis=0))
 
 
 def _noise(

@@ -202,7 +202,7 @@ def _predict(
                         sensitivity[first_input + c] += row[states + j] * directions.inputs[k, j, c]
             for c in range(first_output, width):
                 sensitivity[c] += directions.outputs[k, i, c - first_output]
-            spread = variance[i]
+            innovation_variance = variance[i]
             if filtering:
                 for a in range(size):
                     total = 0.0
@@ -210,19 +210,19 @@ def _predict(
                         total += cov[a, b] * row[b]
                     gain[a] = total
                 for a in range(size):
-                    spread += row[a] * gain[a]
+                    innovation_variance += row[a] * gain[a]
             innovation = flight.measured[k, i] - value
-            scale = 1.0 / np.sqrt(spread)
-            log_sum += np.log(spread)
+            scale = 1.0 / np.sqrt(innovation_variance)
+            log_sum += np.log(innovation_variance)
             white[k - start, i] = innovation * scale
             for c in range(width):
                 white_columns[k - start, i, c] = sensitivity[c] * scale
             if filtering:
                 for a in range(size):
-                    gain[a] /= spread
+                    gain[a] /= innovation_variance
                 for a in range(size):
                     for b in range(size):
-                        cov[a, b] -= gain[a] * gain[b] * spread
+                        cov[a, b] -= gain[a] * gain[b] * innovation_variance
                 for a in range(states):
                     moved[a] += gain[a] * innovation
                     for c in range(width):

@@ -82,7 +82,7 @@ def output_error_in_calm_air(
         findings=tuple(_with_numbers(row, by_label[row.kind, row.where, row.term], decision) for row in findings),
         eliminated=tuple(row for row in found.findings if row not in findings),
         regressed=False,
-        re_estimator=partial(_estimated_again, measured=measured, manoeuvres=search.manoeuvres),
+        re_estimator=partial(_re_estimated, measured=measured, manoeuvres=search.manoeuvres),
     )
 
 
@@ -96,7 +96,7 @@ def without_eliminated(
     return tuple(active for active, moved in zip(effects, estimated, strict=False) if moved != eliminated.active)
 
 
-def _estimated_again(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+def _re_estimated(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
     """The estimate of a reduced structure, the constants of its records free again."""
     effects = [active for active in start.effects if active.effect.kind in KINDS]
     return _estimated(start, effects, measured, manoeuvres)[0]

@@ -39,7 +39,7 @@ def eliminate_by_cross_validation(
     if not validation:
         return completed, ()
     limits = search.settings.refutation
-    share = limits.share_in_gusts if completed.is_disturbed else limits.share
+    fraction = limits.share_in_gusts if completed.is_disturbed else limits.share
     error = prediction_error(completed, validation)
     accepted = current = completed
     refuted: tuple[Part, ...] = ()
@@ -49,7 +49,7 @@ def eliminate_by_cross_validation(
         errors = [prediction_error(trial, validation) for trial, _ in trials]
         least = int(np.argmin(errors))
         current, eliminated = trials[least][0], (*eliminated, trials[least][1])
-        if error > errors[least] + limits.certain + share * errors[least]:
+        if error > errors[least] + limits.certain + fraction * errors[least]:
             error, accepted, refuted = errors[least], current, eliminated
     return accepted, refuted
 

@@ -135,7 +135,7 @@ def _plain(search: StructureSearch, problem: SearchProblem, results: MultiStartR
     return replace(results, plain=plain, best=plain)
 
 
-def _is_separation_to_be_tried(search: StructureSearch, problem: SearchProblem, results: MultiStartResult) -> bool:  # noqa: ARG001
+def _is_separation_untried(search: StructureSearch, problem: SearchProblem, results: MultiStartResult) -> bool:  # noqa: ARG001
     """Whether to try flow separation: not where the search in gusts is better, which has tried it already."""
     return not results.explained and not is_better_in_gusts(search, results.plain, results.in_gusts)
 
@@ -170,7 +170,7 @@ STARTS = (
     SearchStart("a gust against the first hypothesis that could enter", _is_air_unjudged, _gust_or_first_hypothesis),
     SearchStart("in the presence of gusts", _are_gusts_indicated, _in_gusts),
     SearchStart("plain", _are_gusts_insufficient, _plain),
-    SearchStart("with flow separation", _is_separation_to_be_tried, _with_separation),
+    SearchStart("with flow separation", _is_separation_untried, _with_separation),
     SearchStart("in the presence of gusts or unmodelled forces", _is_plain_search_inadequate, _among_disturbances),
 )
 """The starts, in this order; `acceptance.ACCEPTANCE_TESTS` test the result of least penalised cost."""

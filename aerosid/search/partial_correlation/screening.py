@@ -137,11 +137,11 @@ def _joint_p_value(sweeps: FlightSweeps, undisturbed: Sweep, places: list[int], 
     basis, strength, _ = np.linalg.svd(others, full_matrices=False)
     basis = basis[:, strength > 1e-10 * strength[0]]
     own = known[:, places]
-    left = own - basis @ (basis.T @ own)
-    size = np.linalg.norm(left, axis=0)
+    remaining = own - basis @ (basis.T @ own)
+    size = np.linalg.norm(remaining, axis=0)
     if float(np.min(size / np.linalg.norm(own, axis=0))) ** 2 <= sweeps.settings.colour.least_independence:
         return 1.0
-    columns = left / size
+    columns = remaining / size
     # The residual with these parameters at their null values, to first order.
     target = undisturbed.fit.whitened(undisturbed.rows.target[:, None])[:, 0] + own @ offsets
     target -= basis @ (basis.T @ target)
@@ -191,8 +191,8 @@ def _screened(
     entries = list(dict.fromkeys(entry for chord in chords for entry in chord.hypothesis.entries))
     effects = [active for chord in chords for active in chord.hypothesis.effects]
     rows = sweeps.asked(current, entries, effects)
-    left = remainders(current.fit, rows.asked)
-    single = correlated_alone(current.fit, left, asked=tested)
+    remaining = remainders(current.fit, rows.asked)
+    single = correlated_alone(current.fit, remaining, asked=tested)
     ratios = single.ratio if settings.partial else plain_t_ratios(rows.target, rows.asked)
     place = {entry: n for n, entry in enumerate(entries)}
     column = len(entries)
@@ -206,5 +206,5 @@ def _screened(
             gain, step = float(ratios[only] ** 2), (float(single.coefficient[only]),)
             found.append((gain, step, float(single.independence[only])))
         else:
-            found.append(correlated_together(current.fit, left.among(np.array(columns))))
+            found.append(correlated_together(current.fit, remaining.among(np.array(columns))))
     return found

@@ -256,11 +256,11 @@ class _Search:
         counts = max(noticed, self.settings.least_rise * float(np.max(before - after)))
         if np.any((after > self.settings.most_increase * before) & (after > counts)):
             return False
-        there = before > noticed
+        present = before > noticed
         of_sensors = all(part.active is not None and isinstance(part.active.effect, SENSOR_EFFECTS) for part in new)
-        if of_sensors or not there.any():
+        if of_sensors or not present.any():
             return True
-        return bool(np.min(after[there] / before[there]) < self.settings.least_reduction)
+        return bool(np.min(after[present] / before[present]) < self.settings.least_reduction)
 
     def _trials_in_turbulence(self, current: Sweep) -> list[_Trial]:
         """The structure in turbulence, where it is not in turbulence yet and some model error remains."""
@@ -354,14 +354,14 @@ class _Search:
         """Start of the fit without a part, whose effect d(t) takes in."""
         swept = current.swept
         if part.is_disturbance:
-            left = replace(swept, statistics=replace(swept.statistics, gust=None))
+            remaining = replace(swept, statistics=replace(swept.statistics, gust=None))
         elif part.entry is None:
-            left = replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
+            remaining = replace(swept, effects=tuple(active for active in swept.effects if active is not part.active))
         else:
             entry: Entry = part.entry
             free = tuple(e for e in swept.free if e != entry)
-            left = replace(swept, model=swept.model.without([entry]), free=free)
-        return self.sweeps.flights.carried(swept, left)
+            remaining = replace(swept, model=swept.model.without([entry]), free=free)
+        return self.sweeps.flights.carried(swept, remaining)
 
     def eliminate_insignificant(self, current: Sweep) -> Sweep:
         """Backward elimination of the parts that later parts have made insignificant."""
@@ -390,10 +390,10 @@ class _Search:
                 rows.append((part, part.ratio**2, self._p_value(current, [part])))
                 continue
             try:
-                struck = self.sweeps.estimate(
+                without = self.sweeps.estimate(
                     self._start_without(current, part), sweeps=self.settings.trial_sweeps
                 ).cost
             except EstimationError:
-                struck = current.cost + part.ratio**2  # by its t-ratio, where the rest cannot be simulated
-            rows.append((part, struck - current.cost, self._p_value(current, [part])))
+                without = current.cost + part.ratio**2  # by its t-ratio, where the rest cannot be simulated
+            rows.append((part, without - current.cost, self._p_value(current, [part])))
         return rows
