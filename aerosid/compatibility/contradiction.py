@@ -173,8 +173,8 @@ class Contradiction:
                 "check that it belongs to this flight and has the same clock."
             )
         return (
-            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q ({fraction}); "
-            "check that all of them belong to this flight, and their signs, units and clocks."
+            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q "
+            f"({fraction}); check that all of them belong to this flight, and their signs, units and clocks."
         )
 
 
