@@ -62,7 +62,7 @@ class Identification:
         Further logs, that touched no decision.
     declared_chain : callable or None
         Gives the paper's chain on the declared structure, of which nothing here is decided; None where it is not asked.
-    rivals : tuple of CoefficientRival
+    rivals : tuple of IndistinguishableTerm
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
     search : StructureSearch or None
         The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.

@@ -78,9 +78,9 @@ def with_likeliest_gust(search: StructureSearch, start: Refinement) -> Refinemen
 
 def _with_gust(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
     """The estimate with one kind of gust."""
-    room = search.with_step_columns(start)
+    extended = search.with_step_columns(start)
     initial = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
-    return with_disturbance(search, replace(room, model=with_columns_of(room.model, [initial])), effect)
+    return with_disturbance(search, replace(extended, model=with_columns_of(extended.model, [initial])), effect)
 
 
 def with_unmodelled_forces(search: StructureSearch, start: Refinement) -> Refinement:

@@ -104,7 +104,7 @@ def test_separation_is_tried_in_place_of_many_terms(tmp_path: Path) -> None:
     assert set(names(loop(902, 18, tmp_path, "two"))) == {("sensor_scale", "a_z"), ("flow_separation", "C_Z")}
 
 
-def left_wrong(log: FlightLog) -> tuple[str, ...]:
+def unexplained(log: FlightLog) -> tuple[str, ...]:
     """The channels that the true structure, re-estimated, does not explain."""
     model, manoeuvre = Problem().prepared(log)
     return unexplained_channels(refine(model, [manoeuvre], model.entries), [manoeuvre])
@@ -119,8 +119,8 @@ def test_held_samples_are_no_noise_and_coloured_noise_is(seed: int) -> None:
         hanging[start : start + 8] = hanging[start]
     shocks = NOISE["q"] * np.sqrt(1.0 - 0.7**2) * generator.standard_normal(log.time.size + 50)
     remembering = quiet["q"] + lfilter([1.0], [1.0, -0.7], shocks)[50:]
-    assert left_wrong(with_channels(log, q=hanging)) == ("q",)
-    assert left_wrong(with_channels(log, q=remembering)) == ()
+    assert unexplained(with_channels(log, q=hanging)) == ("q",)
+    assert unexplained(with_channels(log, q=remembering)) == ()
 
 
 @pytest.mark.slow

@@ -105,11 +105,11 @@ def test_a_term_that_worsens_the_prediction_is_eliminated_and_true_terms_are_ret
     completed = refine(wider, [manoeuvre], wider.entries)
     search = StructureSearch((manoeuvre,), (), LIGHT.coefficients, before, AttributionSettings())
     assert completed.cost < before.cost
-    held, refuted = eliminate_by_cross_validation(completed, search, [other])
+    accepted, refuted = eliminate_by_cross_validation(completed, search, [other])
     assert {part.entry for part in refuted} <= set(false)
     assert refuted
-    assert set(true) <= set(held.free)
-    assert prediction_error(held, [other]) < 0.9 * prediction_error(completed, [other])
+    assert set(true) <= set(accepted.free)
+    assert prediction_error(accepted, [other]) < 0.9 * prediction_error(completed, [other])
     # Without validation flights nothing can be eliminated.
     assert eliminate_by_cross_validation(completed, search, []) == (completed, ())
 

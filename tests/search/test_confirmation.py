@@ -30,7 +30,7 @@ def suggested() -> tuple[StructureSearch, Refinement, tuple[SuggestedTerm, ...]]
     return search, before, tuple(each for each in suggested_terms(search, before) if each.finding.where == "C_X")
 
 
-def asked_of(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed, ...]:
+def confirmed_on(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed, ...]:
     """Confirmation of the suggested drag term, or its opposite, on another disturbed flight."""
     search, before, (drag,) = suggested()
     drag = replace(drag, finding=replace(drag.finding, value=sign * drag.finding.value))
@@ -39,7 +39,7 @@ def asked_of(problem: Problem, seed: int, sign: float = 1.0) -> tuple[Confirmed,
 
 
 def test_a_suggested_term_is_confirmed_by_an_independent_estimate_of_another_flight() -> None:
-    (drag,) = asked_of(ELSEWHERE, 11)
+    (drag,) = confirmed_on(ELSEWHERE, 11)
     assert (drag.entry[0], str(drag.entry[1])) == DRAG
     assert drag.value == pytest.approx(3.6, abs=3.0 * drag.std_error)
     assert drag.value > 2.7 * drag.std_error
@@ -53,7 +53,7 @@ def test_a_suggested_term_is_confirmed_by_an_independent_estimate_of_another_fli
 
 @pytest.mark.parametrize(("problem", "sign"), [(WITHOUT, 1.0), (ELSEWHERE, -1.0)], ids=["absent", "opposite"])
 def test_a_term_that_another_flight_does_not_show_is_not_confirmed(problem: Problem, sign: float) -> None:
-    assert asked_of(problem, 12, sign) == ()
+    assert confirmed_on(problem, 12, sign) == ()
 
 
 def test_without_another_flight_nothing_is_confirmed() -> None:
@@ -69,19 +69,19 @@ def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
     settings = replace(USUAL, false_alarm=1e-250)
-    alone, together = (
+    without_validation, with_validation = (
         attribute(before, [manoeuvre], terms, LIGHT.coefficients, settings, validation=flights)
         for flights in ([], [other])
     )
-    assert entry(*DRAG) not in alone.terms
-    assert [(each.finding.where, each.finding.term) for each in alone.suggested] == [DRAG]
-    assert together.terms == (entry(*DRAG),)
-    (drag,) = [finding for finding in together.findings if finding.entry is not None]
+    assert entry(*DRAG) not in without_validation.terms
+    assert [(each.finding.where, each.finding.term) for each in without_validation.suggested] == [DRAG]
+    assert with_validation.terms == (entry(*DRAG),)
+    (drag,) = [finding for finding in with_validation.findings if finding.entry is not None]
     assert drag.value == pytest.approx(0.15, abs=4.0 * drag.std_error)
     # The p-value of that estimate, with three terms tested, and not that of the other flight's.
     assert drag.p_value == pytest.approx(min(1.0, 6.0 * norm.sf(abs(drag.value) / drag.std_error)))
-    assert together.confirmed[0].p_value < USUAL.confirmed
-    assert together.suggested == ()
+    assert with_validation.confirmed[0].p_value < USUAL.confirmed
+    assert with_validation.suggested == ()
 
 
 @pytest.mark.slow
@@ -89,5 +89,5 @@ def test_false_confirmations_are_as_rare_as_designed() -> None:
     """More occur once in a thousand runs at the design rate, and in nine of ten where it is one in ten."""
     most = int(binom.isf(1e-3, 60, USUAL.confirmed))
     assert binom.sf(most, 60, 0.1) > 0.9
-    confirmed = [seed for seed in range(100, 160) if asked_of(WITHOUT, seed)]
+    confirmed = [seed for seed in range(100, 160) if confirmed_on(WITHOUT, seed)]
     assert len(confirmed) <= most

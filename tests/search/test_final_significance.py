@@ -21,7 +21,7 @@ from aerosid.search.suggested_terms import SuggestedTerm
 
 DRAG = ("C_X", "alpha^2")
 MOMENT = ("C_m", "alpha^2")
-ASKED = (DRAG, MOMENT, ("C_Z", "alpha*q_hat"))
+CANDIDATES = (DRAG, MOMENT, ("C_Z", "alpha*q_hat"))
 FLIGHT = Problem(undeclared={DRAG: 3.6, MOMENT: -0.3}, duration=8.0)
 """The moment is so small that the simulation without it is hardly worse, and is significant all the same."""
 
@@ -30,7 +30,7 @@ FLIGHT = Problem(undeclared={DRAG: 3.6, MOMENT: -0.3}, duration=8.0)
 def searched() -> tuple[StructureSearch, Attribution]:
     model, manoeuvre = FLIGHT.prepared(FLIGHT.fly(3))
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
-    terms = term_hypotheses([entry(*each) for each in ASKED])
+    terms = term_hypotheses([entry(*each) for each in CANDIDATES])
     quiet = replace(USUAL, disturbances=False)
     found = attribute(before, [manoeuvre], terms, (), quiet)
     return StructureSearch((manoeuvre,), terms, (), before, quiet), found
@@ -59,24 +59,24 @@ def test_an_insignificant_finding_is_eliminated_and_the_rest_re_estimated() -> N
     weak, strong = ratio_of(found, "C_m"), ratio_of(found, "C_X")
     assert 2.0 * weak < strong
     search = search_requiring(1.2 * weak)
-    held = eliminate_by_wald_test(found, search)
-    assert [finding.where for finding in held.eliminated] == ["C_m"]
-    assert held.terms == (entry(*DRAG),)
-    assert entry(*MOMENT) not in held.completed.free
-    (drag,) = held.findings
-    assert drag.value == held.completed.model.value(entry(*DRAG)) == pytest.approx(3.6, rel=0.1)
-    alone = refine(held.completed.model, search.manoeuvres, held.completed.free)
+    retained = eliminate_by_wald_test(found, search)
+    assert [finding.where for finding in retained.eliminated] == ["C_m"]
+    assert retained.terms == (entry(*DRAG),)
+    assert entry(*MOMENT) not in retained.completed.free
+    (drag,) = retained.findings
+    assert drag.value == retained.completed.model.value(entry(*DRAG)) == pytest.approx(3.6, rel=0.1)
+    alone = refine(retained.completed.model, search.manoeuvres, retained.completed.free)
     assert drag.value == pytest.approx(alone.model.value(entry(*DRAG)), abs=0.5 * drag.std_error)
-    (sentence,) = note_on_eliminated(held, search.settings.final_deviations)
+    (sentence,) = note_on_eliminated(retained, search.settings.final_deviations)
     assert "C_m alpha^2" in sentence
 
 
 def test_the_declared_structure_remains_where_nothing_is_significant() -> None:
     search = search_requiring(1e6)
-    held = eliminate_by_wald_test(searched()[1], search)
-    assert (held.findings, held.alternatives, len(held.eliminated)) == ((), (), 2)
-    assert held.completed.free == search.declared.free
-    assert held.completed is held.before
+    retained = eliminate_by_wald_test(searched()[1], search)
+    assert (retained.findings, retained.alternatives, len(retained.eliminated)) == ((), (), 2)
+    assert retained.completed.free == search.declared.free
+    assert retained.completed is retained.before
 
 
 @pytest.mark.parametrize(("sign", "named"), [(1.0, True), (-1.0, False)])
@@ -84,10 +84,10 @@ def test_a_term_whose_sign_another_flight_contradicts_is_not_named(sign: float, 
     search, found = searched()
     (drag,) = [finding for finding in found.findings if finding.entry == entry(*DRAG)]
     elsewhere = Confirmed(SuggestedTerm(drag, 3.5, 5.0), sign * drag.value, 0.1 * abs(drag.value), 1e-6)
-    held = eliminate_by_wald_test(replace(found, confirmed=(elsewhere,)), search)
-    assert (entry(*DRAG) in held.terms) is named
-    assert [each.entry for each in held.confirmed] == [entry(*DRAG)] * named
-    assert len(note_on_confirmed(held.confirmed, ["another"], held.findings)) == named
+    retained = eliminate_by_wald_test(replace(found, confirmed=(elsewhere,)), search)
+    assert (entry(*DRAG) in retained.terms) is named
+    assert [each.entry for each in retained.confirmed] == [entry(*DRAG)] * named
+    assert len(note_on_confirmed(retained.confirmed, ["another"], retained.findings)) == named
 
 
 def test_the_p_value_is_that_of_the_reported_estimate() -> None:

@@ -27,7 +27,7 @@ LAG = 0.25
 QUIET = Problem(duration=14.1, elevator="3211", amplitude=0.045, noise={c: 0.1 * s for c, s in NOISE.items()})
 
 
-def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[IndistinguishableTerm]]:
+def findings_and_terms(problem: Problem, log: FlightLog) -> tuple[Attribution, list[IndistinguishableTerm]]:
     """The findings among terms and sensor errors, and the terms indistinguishable from them in one coefficient."""
     model, manoeuvre = problem.prepared(log)
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
@@ -56,38 +56,40 @@ def test_alphadot_is_reported_as_indistinguishable_from_a_vane_lag_in_one_coeffi
     true = log["alpha"]
     _, late, _ = lsim(([1.0 / LAG], [1.0, 1.0 / LAG]), true - true[0], log.time)
     log = with_channels(log, alpha=true[0] + late)
-    found, rivals = judged(QUIET, log)
+    found, indistinguishable = findings_and_terms(QUIET, log)
     assert [(f.kind, f.where) for f in found.findings] == [("sensor_lag", "alpha")]
-    (moment,) = [rival for rival in rivals if rival.coefficient == "C_m"]
+    (moment,) = [term for term in indistinguishable if term.coefficient == "C_m"]
     assert (moment.finding.where, moment.finding.term) == ("C_m", "alpha_dot_hat")
     assert moment.finding.instead_of == "sensor_lag of alpha"
     # Its variance fraction is that of equation error, and all channels together reject it.
     plain = unexplained(log, log["alpha"])
     smooth = np.gradient(np.convolve(log["alpha"], np.ones(7) / 7.0, "same"), log.time)
-    won = plain - unexplained(log, true)
-    assert moment.fraction == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / won, abs=0.05)
+    explained = plain - unexplained(log, true)
+    assert moment.fraction == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / explained, abs=0.05)
     assert moment.finding.gain < -100.0
-    listed = with_indistinguishable_terms(found, rivals, np.inf).alternatives
+    listed = with_indistinguishable_terms(found, indistinguishable, np.inf).alternatives
     assert ("C_m", "alpha_dot_hat") in {(other.where, other.term) for other in listed}
     assert (
-        with_indistinguishable_terms(with_indistinguishable_terms(found, rivals, np.inf), rivals, np.inf).alternatives
+        with_indistinguishable_terms(
+            with_indistinguishable_terms(found, indistinguishable, np.inf), indistinguishable, np.inf
+        ).alternatives
         == listed
     )
     # A term that all channels together distinguish from the effect is a warning about one coefficient, no alternative.
-    worse = max(-rival.finding.gain for rival in rivals)
-    assert with_indistinguishable_terms(found, rivals, worse + 1.0).alternatives[-1].worse_by <= worse
-    assert len(with_indistinguishable_terms(found, rivals, worse - 1.0).alternatives) < len(listed)
-    (sentence,) = [note for note in note_on_indistinguishable_terms(rivals) if note.startswith("C_m alone")]
+    worse = max(-term.finding.gain for term in indistinguishable)
+    assert with_indistinguishable_terms(found, indistinguishable, worse + 1.0).alternatives[-1].worse_by <= worse
+    assert len(with_indistinguishable_terms(found, indistinguishable, worse - 1.0).alternatives) < len(listed)
+    (sentence,) = [note for note in note_on_indistinguishable_terms(indistinguishable) if note.startswith("C_m alone")]
     assert "sensor_lag of alpha" in sentence
     assert "favour the effect" in sentence
 
 
 def test_no_term_is_reported_for_a_term_or_for_an_error_that_no_term_imitates() -> None:
     squares = Problem(undeclared={("C_m", "alpha^2"): -1.7})
-    found, rivals = judged(squares, squares.fly())
+    found, indistinguishable = findings_and_terms(squares, squares.fly())
     assert [(f.where, f.term) for f in found.findings] == [("C_m", "alpha^2")]
-    assert not rivals
+    assert not indistinguishable
     log = QUIET.fly()
-    found, rivals = judged(QUIET, with_channels(log, theta=log["theta"] + 0.02))
+    found, indistinguishable = findings_and_terms(QUIET, with_channels(log, theta=log["theta"] + 0.02))
     assert [f.kind for f in found.findings] == ["sensor_bias"]
-    assert not rivals
+    assert not indistinguishable
