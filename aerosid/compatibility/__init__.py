@@ -1,8 +1,8 @@
 """Data compatibility check: a_x, a_z, q, theta, V, alpha and h against each other, without aerodynamics.
 
-`consistency` checks logs; `contradiction` sees what cannot belong together by the paths that `window_fit` finds with
-the equations of `flight_path`; `proved_agreement` tells the faults that the kinematic equations prove, as `agreement`
-holds them; `recording` is a log as arrays.
+`consistency` checks logs; `contradiction` detects channels that cannot belong to one motion, by the paths that
+`window_fit` reconstructs with the equations of `flight_path`; `instrument_agreement` reports the instrument errors
+identified by the kinematic equations, in the classes of `agreement`; `recording` is a log as arrays.
 """
 
 from aerosid.compatibility.agreement import (
@@ -15,7 +15,7 @@ from aerosid.compatibility.agreement import (
 )
 from aerosid.compatibility.consistency import check_kinematics, contradicting
 from aerosid.compatibility.contradiction import Contradiction
-from aerosid.compatibility.proved_agreement import agreement_of
+from aerosid.compatibility.instrument_agreement import agreement_of
 from aerosid.flight_model.axes import LONGITUDINAL
 
 CASES = (LONGITUDINAL,)

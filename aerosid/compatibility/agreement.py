@@ -11,16 +11,16 @@ from aerosid.notation import number, with_deviation
 
 
 class Agreement(Enum):
-    """Whether the channels agree; each value is a sentence for a person."""
+    """Whether the channels agree; each value is a sentence for the report."""
 
     CONSISTENT = "The channels agree with each other as kinematics demand."
     CORRECTED = "The channels agree with each other once the instruments named here are corrected."
-    INCONSISTENT = "The channels contradict each other, and no fault of an instrument reconciles them."
+    INCONSISTENT = "The channels contradict each other, and no instrument error reconciles them."
 
 
 @dataclass(frozen=True)
 class InstrumentFinding:
-    """One thing that is wrong with an instrument, from kinematics alone.
+    """One instrument error, from kinematics alone.
 
     Attributes
     ----------
@@ -30,13 +30,13 @@ class InstrumentFinding:
         x or z of the body axes, of a position; else empty.
     value, std_error : float
         In `unit`: bias = measured - true, scale = measured/true, delays and lags positive when late, a position's
-        distance from where it was taken to be. The deviation is corrected for coloured residuals.
+        distance from the declared one. The standard error is corrected for coloured residuals.
     unit : str
         SI.
     p_value : float
-        Of its being none; counts how many faults were asked after.
+        Under the null hypothesis, times the number of errors tested (Bonferroni).
     likelihood_gain : float
-        Rise of -2 ln L when it is struck out.
+        Rise of -2 ln L when it is removed.
     """
 
     kind: str
@@ -51,7 +51,7 @@ class InstrumentFinding:
 
 @dataclass(frozen=True)
 class MovingAir:
-    """Air that moves along one body axis (u or w), further and longer than the noise of the sensor that sees it.
+    """Turbulence along one body axis (u or w), above the noise of the sensor that measures it and of longer memory.
 
     `sigma` standard deviation, m/s; `length` scale of the correlation, m.
     """
@@ -63,10 +63,10 @@ class MovingAir:
 
 @dataclass(frozen=True)
 class ChannelAgreement:
-    """How one channel of one log agrees with the path that a_x, a_z and q give.
+    """Agreement of one channel of one log with the path integrated from a_x, a_z and q.
 
     `before` and `after`: root-mean-square of measured minus integrated, in `unit`, without and with the findings;
-    `noise` that of the channel's own white noise; `white`: whether what the findings and gusts leave is white.
+    `noise` that of the channel's own white noise; `white`: whether the residual with findings and gusts is white.
     """
 
     log: str
@@ -80,7 +80,7 @@ class ChannelAgreement:
 
 @dataclass(frozen=True)
 class KinematicConsistency:
-    """What kinematics alone say about the instruments of one or several logs.
+    """Result of the data compatibility check of one or several logs.
 
     Attributes
     ----------
@@ -89,20 +89,19 @@ class KinematicConsistency:
     verdict : Agreement
         Whether the channels agree.
     findings : tuple of InstrumentFinding
-        What is wrong for certain, most certain first.
+        The identified instrument errors, most significant first.
     inseparable : tuple of tuple of InstrumentFinding
-        Groups of faults that these flights cannot tell apart: a finding, then what could stand in its place, each with
-        the number that it would have.
+        Groups of indistinguishable errors: a finding, then its alternatives, each with its own estimate.
     air : tuple of MovingAir
         Gusts that the channels show.
     channels : tuple of ChannelAgreement
-        Each channel that sees the path, on each log.
+        Each channel that is compared with the path, on each log.
     sentence : str
-        The verdict for a person.
+        The verdict in words.
     notes : tuple of str
-        What was left out.
+        Exclusions and remarks.
     contradictions : tuple of Contradiction
-        What no fault of an instrument reconciles; where there is one nothing else is judged.
+        Channels that no instrument error reconciles; where there are any nothing else is tested.
     """
 
     logs: tuple[str, ...]
@@ -117,25 +116,27 @@ class KinematicConsistency:
 
     @property
     def is_gusty(self) -> bool:
-        """Whether the air moves along w."""
+        """Whether there are gusts along w."""
         return any(gust.axis == "w" for gust in self.air)
 
 
-def told(
+def findings_sentence(
     findings: Sequence[InstrumentFinding],
     groups: Sequence[tuple[InstrumentFinding, ...]],
     air: Sequence[MovingAir],
 ) -> str:
-    """What was found, for a person."""
+    """The findings in words."""
     if not findings and not air:
         return Agreement.CONSISTENT.value
     parts = []
     for finding in findings:
-        said = describe(finding)
+        sentence = describe(finding)
         others = next((group[1:] for group in groups if group[0] == finding), ())
         if others:
-            said += f" (or {', or '.join(describe(other) for other in others)}: these flights cannot tell)"
-        parts.append(said)
+            sentence += (
+                f" (or {', or '.join(describe(other) for other in others)}: not distinguishable on these flights)"
+            )
+        parts.append(sentence)
     parts += [
         f"turbulence, sigma_{gust.axis} = {number(gust.sigma, 2)} m/s, scale length {number(gust.length, 2)} m"
         for gust in air
@@ -144,7 +145,7 @@ def told(
 
 
 def describe(finding: InstrumentFinding) -> str:
-    """A finding with its number, as a person writes it."""
+    """A finding with its value in words."""
     unit = "" if finding.unit == "1" else f" {finding.unit}"
     kind = finding.kind.removeprefix("sensor_").replace("_", " ")
     axis = f" along {finding.axis}" if finding.axis else ""

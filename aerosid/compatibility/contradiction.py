@@ -1,8 +1,8 @@
-"""Gross contradictions: a sign, a unit, a clock or a whole channel that no instrument fault mends.
+"""Gross contradictions: a wrong sign, unit, clock or channel, which no instrument error explains.
 
-Over windows of a few seconds small biases and drifts matter little, and whether the integrated motion is the measured
-one shows in its shape. Where it is not, signs, units and clocks of one channel are tried; a channel without which the
-others agree is named; else those that contradict each other.
+Over windows of a few seconds small biases and drifts matter little, and the shape of the integrated motion is compared
+with the measured one. Where they differ, signs, units and clocks of one channel are tried; a single channel without
+which the others agree is named; else those that contradict each other.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN
-from aerosid.compatibility.recording import STRETCHES, Recording, compacted, liveliest, shows_motion
+from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
+from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
 from aerosid.compatibility.window_fit import fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.limits import OFFERED
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ContradictionSettings:
-    """Limits of what counts as a contradiction; found on recorded flights where not chosen.
+    """Limits of a contradiction; found on recorded flights where not chosen.
 
     Those are the HFB-320, Twin Otter and Citation recordings, which are no evidence for them.
 
@@ -36,33 +36,33 @@ class ContradictionSettings:
     ----------
     window : float
         s; length of the windows in which the shape of the motion is compared: a bias of 0.005 rad/s, which is large,
-        moves theta by 0.02 rad about its mean within it. Chosen.
+        changes theta by 0.02 rad about its mean within it. Chosen.
     most_windows : int
-        The liveliest so many are looked at. Chosen for time.
+        Largest number of windows compared, those with most pitching. Chosen for time.
     least_theta, least_h : float
-        rad, m; a misfit below this contradicts nothing.
+        rad, m; least misfit of a contradiction.
     air_alpha, air_V : float
-        m/s; so much may be gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V sees that of some seconds only.
+        m/s; largest misfit by gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V shows that of some seconds only.
     misfit : float
-        Share, 1, of a channel's variation that is not explained, from which it contradicts.
+        Unexplained fraction of a channel's variation, 1, from which it contradicts.
     misfit_h : float
         The same of altitude: pressure altitude is slow.
     small_bias : float
-        rad; so much may theta and alpha be biased: more would turn any climb into a descent.
+        rad; largest bias of theta and alpha: a larger one would turn any climb into a descent.
     agrees : float
-        Share, 1, below which a channel agrees.
+        Unexplained fraction, 1, below which a channel agrees.
     doubtful, vanishes : float
-        Share, 1, from which a channel is wrong if one of the remedies brings it below the other.
+        Unexplained fraction, 1, from which a channel contradicts if a remedy reduces it below the second.
     above_noise : float
-        Times its noise, 1, that a misfit must be.
+        Least misfit over the channel's noise, 1.
     doubtful_air, doubtful_noise : float
-        Shares, 1, of what gusts may do and of `above_noise` that the misfit of a doubtful channel must be.
+        Least misfit of a suspect channel, as fractions, 1, of that by gusts and of `above_noise`.
     latest : float
-        s; by so much a channel may be late, and follow a lag, without being another one. Chosen.
+        s; largest time delay and lag of an instrument. Chosen.
     largest_scale : float
-        Share, 1, by which a channel may be wrongly scaled without being another one. Chosen.
+        Largest scale factor error of an instrument, 1. Chosen.
     shifts : tuple of float
-        s; how late or early a channel may be stamped, roughly. Chosen.
+        s; time shifts of a channel that are tried. Chosen.
     """
 
     window: float = 8.0
@@ -84,12 +84,12 @@ class ContradictionSettings:
     largest_scale: float = 0.5
     shifts: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
 
-    def worst_share(self, output: str) -> float:
-        """Share of an output's variation that is not explained, from which it contradicts."""
+    def worst_fraction(self, output: str) -> float:
+        """Unexplained fraction of an output's variation from which it contradicts."""
         return self.misfit_h if output == "h" else self.misfit
 
     def least(self, output: str, airspeed: float) -> float:
-        """What gusts and drift may do to an output, SI, at an airspeed, m/s."""
+        """Largest misfit of an output by gusts and drift, SI, at an airspeed, m/s."""
         limits = {
             "alpha": self.air_alpha / max(airspeed, 1.0),
             "V": self.air_V,
@@ -100,42 +100,42 @@ class ContradictionSettings:
 
 
 USUAL = ContradictionSettings()
-"""The limits unless told otherwise."""
+"""The default limits."""
 
 SIGN = (-1.0, "with its sign changed")
 _ANGLE = (
     SIGN,
-    (np.pi / 180.0, "if its numbers are degrees and not radians"),
-    (180.0 / np.pi, "if its numbers are radians and not degrees"),
+    (np.pi / 180.0, "if its values are degrees and not radians"),
+    (180.0 / np.pi, "if its values are radians and not degrees"),
 )
 _ACCELERATION = (
     SIGN,
-    (GRAVITY, "if its numbers are multiples of g and not m/s^2"),
-    (1.0 / GRAVITY, "if its numbers are m/s^2 and not multiples of g"),
+    (GRAVITY, "if its values are multiples of g and not m/s^2"),
+    (1.0 / GRAVITY, "if its values are m/s^2 and not multiples of g"),
 )
 FACTORS = {
     "rad": _ANGLE,
     "rad/s": _ANGLE,
     "m/s^2": _ACCELERATION,
     "m/s": (
-        (0.514444, "if its numbers are knots and not m/s"),
-        (1.0 / 0.514444, "if its numbers are m/s and not knots"),
-        (1.0 / 3.6, "if its numbers are km/h and not m/s"),
-        (0.3048, "if its numbers are ft/s and not m/s"),
+        (0.514444, "if its values are knots and not m/s"),
+        (1.0 / 0.514444, "if its values are m/s and not knots"),
+        (1.0 / 3.6, "if its values are km/h and not m/s"),
+        (0.3048, "if its values are ft/s and not m/s"),
     ),
     "m": (
         SIGN,
-        (0.3048, "if its numbers are feet and not metres"),
-        (1.0 / 0.3048, "if its numbers are metres and not feet"),
+        (0.3048, "if its values are feet and not metres"),
+        (1.0 / 0.3048, "if its values are metres and not feet"),
     ),
 }
-"""What channel maps get wrong, by unit: by this the recorded numbers would have to be multiplied."""
+"""Usual errors of channel maps, by unit: factors to be applied to the recorded values."""
 
-OFFSETS = ((-GRAVITY, "with 9.81 m/s^2 taken off"), (GRAVITY, "with 9.81 m/s^2 added"))
-"""An acceleration without the weight that specific force holds."""
+OFFSETS = ((-GRAVITY, "with 9.81 m/s^2 subtracted"), (GRAVITY, "with 9.81 m/s^2 added"))
+"""Difference of acceleration and specific force."""
 
 DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
-"""The input that an output answers to first: where the output is wrong, it may be that one's fault."""
+"""The input that mainly drives an output: a contradiction of the output may be due to this input."""
 
 
 @dataclass(frozen=True)
@@ -147,11 +147,11 @@ class Contradiction:
     log : str
         The log.
     channels : tuple of str
-        The channel that is wrong, or those that contradict the integrated motion.
+        The single inconsistent channel, or those that contradict the integrated motion.
     remedy : str
-        What would make them agree, as words after "it agrees"; empty where nothing was found.
+        The correction with which they agree, as words after "it agrees"; empty where none was found.
     misfit : float
-        Largest share of a channel's variation that the motion does not explain.
+        Largest unexplained fraction of a channel's variation.
     """
 
     log: str
@@ -161,45 +161,53 @@ class Contradiction:
 
     @property
     def sentence(self) -> str:
-        """The contradiction for a person."""
-        share = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is left"
+        """The contradiction in words."""
+        fraction = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is unexplained"
         if self.remedy:
-            return f"{self.log}: {self.channels[0]} contradicts the other channels ({share}); it agrees {self.remedy}."
+            return (
+                f"{self.log}: {self.channels[0]} contradicts the other channels ({fraction}); it agrees {self.remedy}."
+            )
         if len(self.channels) == 1:
             return (
-                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({share}); "
-                "check that it belongs to this flight and to this clock."
+                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({fraction}); "
+                "check that it belongs to this flight and has the same clock."
             )
         return (
-            f"{self.log}: {', '.join(self.channels)} contradict the motion that a_x, a_z and q give ({share}); check "
-            "that all of them belong to this flight, and their signs, units and clocks."
+            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q "
+            f"({fraction}); check that all of them belong to this flight, and their signs, units and clocks."
         )
 
 
 def contradictions(
     recordings: Sequence[Recording], settings: ContradictionSettings = USUAL
 ) -> tuple[Contradiction, ...]:
-    """What no instrument fault, gust or noise reconciles."""
+    """Contradictions that no instrument error, gust or noise explains."""
     found = []
     for recording in recordings:
         windows = _windows(recording, settings)
         if windows is None:
             continue
         misfits = _misfits(windows, settings)
-        wrong, doubtful = _wrong(windows, settings, misfits), _doubtful(windows, settings, misfits)
-        if wrong or doubtful:
-            # An instrument may be late or wrongly scaled without being another one.
-            tolerant = _tolerant(windows, settings, wrong or doubtful)
-            wrong, doubtful = _wrong(windows, settings, tolerant), _doubtful(windows, settings, tolerant)
-        if wrong or doubtful:
-            explained = _explained(windows, settings, misfits, wrong, doubtful)
-            if explained is not None:
-                found.append(explained)
+        contradicting, suspect = (
+            _contradicting_outputs(windows, settings, misfits),
+            _suspect_outputs(windows, settings, misfits),
+        )
+        if contradicting or suspect:
+            # A time delay, lag or scale factor error of an instrument is no contradiction.
+            tolerant = _misfits_with_instrument_errors(windows, settings, contradicting or suspect)
+            contradicting, suspect = (
+                _contradicting_outputs(windows, settings, tolerant),
+                _suspect_outputs(windows, settings, tolerant),
+            )
+        if contradicting or suspect:
+            diagnosed = _diagnosed(windows, settings, misfits, contradicting, suspect)
+            if diagnosed is not None:
+                found.append(diagnosed)
     return tuple(found)
 
 
 def _windows(recording: Recording, settings: ContradictionSettings) -> Recording | None:
-    """The recording in short stretches, the liveliest of them."""
+    """The recording in short stretches, those with most pitching."""
     pieces: list[slice] = []
     interval = float(np.median(np.diff(recording.time)))
     length = max(STRETCHES.fewest, round(settings.window / interval))
@@ -208,30 +216,30 @@ def _windows(recording: Recording, settings: ContradictionSettings) -> Recording
         count = max(1, size // length)
         edges = np.linspace(stretch.start, stretch.stop, count + 1).round().astype(int)
         pieces += [slice(int(a), int(b)) for a, b in itertools.pairwise(edges)]
-    lively = liveliest(recording.inputs, [piece for piece in pieces if shows_motion(recording, piece)])
-    chosen = tuple(sorted(lively[: settings.most_windows], key=lambda piece: piece.start))
+    excited = most_excited(recording.inputs, [piece for piece in pieces if shows_motion(recording, piece)])
+    chosen = tuple(sorted(excited[: settings.most_windows], key=lambda piece: piece.start))
     return compacted(replace(recording, stretches=chosen)) if chosen else None
 
 
 def _misfits(
     windows: Recording,
     settings: ContradictionSettings,
-    faults: Sequence[ActiveEffect] = (),
-    outputs: Sequence[str] = SEEN,
+    instrument_errors: Sequence[ActiveEffect] = (),
+    outputs: Sequence[str] = OBSERVED,
 ) -> dict[str, tuple[float, float]]:
-    """Share of each output's variation that the motion leaves, and the misfit itself (SI), biases being free.
+    """Unexplained fraction of each output's variation, and the misfit itself (SI), with free biases.
 
-    `faults`: others that are free too, with the numbers to begin with.
+    `instrument_errors`: others that are free too, with start values.
     """
-    left_out = [SEEN.index(name) for name in SEEN if name not in outputs]
+    left_out = [OBSERVED.index(name) for name in OBSERVED if name not in outputs]
     compared = windows.compared.copy()
     compared[:, left_out] = False
     windows = replace(windows, compared=compared)
     with np.errstate(all="ignore"):
-        fitted = fit_windows(windows, [*faults, *_biases(windows, settings)])
+        fitted = fit_windows(windows, [*instrument_errors, *_biases(windows, settings)])
     result = {}
     for name in windows.outputs:
-        i = SEEN.index(name)
+        i = OBSERVED.index(name)
         squares, variation, count = 0.0, 0.0, 0
         for stretch, residual in zip(windows.stretches, fitted.residuals, strict=True):
             held = windows.compared[stretch, i]
@@ -247,7 +255,7 @@ def _misfits(
 
 
 def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveEffect]:
-    """Zeros of what drives the path, and of theta and alpha; those of the others go into the initial states."""
+    """Biases of the driving inputs, and of theta and alpha; those of the others are part of the initial states."""
     seen = [name for name in ("theta", "alpha") if name in windows.outputs]
     return [
         _limited(
@@ -259,22 +267,22 @@ def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveE
 
 
 def _limited(effect: OutputEffect, reach: float, start: float | None = None) -> ActiveEffect:
-    """The effect from `start`, by default none, its number within a reach of none."""
+    """The effect from `start`, by default null, its parameter within a reach of null."""
     (parameter,) = effect.parameters
     lowest, highest = max(parameter.lowest, parameter.null - reach), min(parameter.highest, parameter.null + reach)
     bound = replace(parameter, lowest=lowest, highest=highest)
     return ActiveEffect(replace(effect, parameters=(bound,)), (parameter.null if start is None else start,))
 
 
-def _tolerant(
+def _misfits_with_instrument_errors(
     windows: Recording, settings: ContradictionSettings, suspects: Sequence[str]
 ) -> dict[str, tuple[float, float]]:
-    """The misfits that are left where the suspects and what drives them may be late and wrongly scaled, at best."""
+    """Least misfits with time delay, lag and scale factor error of the suspects or of their driving inputs free."""
     best = _misfits(windows, settings)
     driving = [DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY]
     for made, start in ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2)):
         for channels in (suspects, driving):
-            faults = [
+            instrument_errors = [
                 active
                 for name in channels
                 for active in (
@@ -282,84 +290,88 @@ def _tolerant(
                     _limited(sensor_scale(name), settings.largest_scale),
                 )
             ]
-            found = _misfits(windows, settings, faults)
+            found = _misfits(windows, settings, instrument_errors)
             if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
                 best = found
     return best
 
 
-def _wrong(
+def _contradicting_outputs(
     windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
 ) -> tuple[str, ...]:
-    """The outputs whose misfit is more than noise, gusts and drift."""
-    wrong = []
-    for name, (share, misfit) in misfits.items():
+    """The outputs whose misfit exceeds noise, gusts and drift."""
+    contradicting = []
+    for name, (fraction, misfit) in misfits.items():
         least = max(settings.least(name, windows.airspeed), settings.above_noise * windows.noise[name])
-        if share > settings.worst_share(name) and misfit > least:
-            wrong.append(name)
-    return tuple(wrong)
+        if fraction > settings.worst_fraction(name) and misfit > least:
+            contradicting.append(name)
+    return tuple(contradicting)
 
 
-def _doubtful(
+def _suspect_outputs(
     windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
 ) -> tuple[str, ...]:
-    """The outputs that are wrong if a change of sign, unit or clock makes their misfit vanish."""
-    doubtful = []
-    for name, (share, misfit) in misfits.items():
+    """The outputs that contradict if a change of sign, unit or clock removes their misfit."""
+    suspect = []
+    for name, (fraction, misfit) in misfits.items():
         air = settings.doubtful_air * settings.least(name, windows.airspeed)
         noise = settings.doubtful_noise * settings.above_noise * windows.noise[name]
-        if share > settings.doubtful and misfit > max(air, noise):
-            doubtful.append(name)
-    return tuple(doubtful)
+        if fraction > settings.doubtful and misfit > max(air, noise):
+            suspect.append(name)
+    return tuple(suspect)
 
 
-def _explained(
+def _diagnosed(
     windows: Recording,
     settings: ContradictionSettings,
     misfits: dict[str, tuple[float, float]],
-    wrong: tuple[str, ...],
-    doubtful: tuple[str, ...],
+    contradicting: tuple[str, ...],
+    suspect: tuple[str, ...],
 ) -> Contradiction | None:
-    """The contradiction with the channel that is to blame and what mends it, where that can be told."""
-    suspects = wrong or doubtful
+    """The contradiction with the inconsistent channel and its remedy, where these can be identified."""
+    suspects = contradicting or suspect
     misfit = max(misfits[name][0] for name in suspects)
-    blamed = _without_which_the_others_agree(windows, settings)
-    if blamed is None:
+    inconsistent = _single_inconsistent_output(windows, settings)
+    if inconsistent is None:
         channels: tuple[str, ...] = DRIVING
     else:
-        channels = (blamed, DRIVEN_BY[blamed]) if blamed in DRIVEN_BY else (blamed,)
-    enough = settings.agrees if wrong else settings.vanishes
+        channels = (inconsistent, DRIVEN_BY[inconsistent]) if inconsistent in DRIVEN_BY else (inconsistent,)
+    enough = settings.agrees if contradicting else settings.vanishes
     best: tuple[float, str, str] | None = None
     for channel, remedy, changed in _remedies(windows, channels, settings):
         after = _misfits(changed, settings)
-        left = max(after[name][0] for name in {*suspects, blamed} if name in after)
-        if left < enough and not _wrong(changed, settings, after) and (best is None or left < best[0]):
-            best = (left, channel, remedy)
+        remaining = max(after[name][0] for name in {*suspects, inconsistent} if name in after)
+        if (
+            remaining < enough
+            and not _contradicting_outputs(changed, settings, after)
+            and (best is None or remaining < best[0])
+        ):
+            best = (remaining, channel, remedy)
     if best is not None:
         return Contradiction(windows.log.name, (best[1],), best[2], misfit)
-    if not wrong:
+    if not contradicting:
         return None
-    return Contradiction(windows.log.name, wrong if blamed is None else (blamed,), "", misfit)
+    return Contradiction(windows.log.name, contradicting if inconsistent is None else (inconsistent,), "", misfit)
 
 
-def _without_which_the_others_agree(windows: Recording, settings: ContradictionSettings) -> str | None:
-    """The output without which the others agree best; None where they do not without any."""
+def _single_inconsistent_output(windows: Recording, settings: ContradictionSettings) -> str | None:
+    """The single output without which the others agree best; None where there is none."""
     best: tuple[float, str] | None = None
     for name in windows.outputs:
         others = [other for other in windows.outputs if other != name]
         if len(others) < 2:
             continue
         after = _misfits(windows, settings, outputs=others)
-        left = max(share for share, _ in after.values())
-        if not _wrong(windows, settings, after) and (best is None or left < best[0]):
-            best = (left, name)
+        remaining = max(fraction for fraction, _ in after.values())
+        if not _contradicting_outputs(windows, settings, after) and (best is None or remaining < best[0]):
+            best = (remaining, name)
     return None if best is None else best[1]
 
 
 def _remedies(
     windows: Recording, channels: Sequence[str], settings: ContradictionSettings
 ) -> Iterator[tuple[str, str, Recording]]:
-    """These channels with another sign, unit, zero or clock: the name, the words, the recording so changed."""
+    """These channels with another sign, unit, offset or clock: the name, the words, the changed recording."""
     for channel in channels:
         given = windows.channel(channel)
         for factor, words in FACTORS[CHANNELS[channel].unit]:
@@ -381,5 +393,5 @@ def _with_channel(recording: Recording, name: str, values: Array) -> Recording:
         inputs[:, GIVEN.index(name)] = values
         return replace(recording, inputs=inputs, noise=noise)
     measured = recording.measured.copy()
-    measured[:, SEEN.index(name)] = values
+    measured[:, OBSERVED.index(name)] = values
     return replace(recording, measured=measured, noise=noise)

@@ -14,16 +14,16 @@ DRIVING = ("a_x", "a_z", "q")
 """Measured inputs that drive the path: specific force at the centre of gravity, m/s^2, and pitch rate, rad/s."""
 
 GIVEN = (*DRIVING, "p", "r", "phi", "beta")
-"""All inputs of the path's equations, in the order of their columns; the others are taken as measured."""
+"""All inputs of the path's equations, in the order of their columns; those not driving are taken as measured."""
 
 STATES = ("u", "w", "theta", "h")
 """States of the path: body-axis velocities, m/s, pitch angle, rad, and altitude, m."""
 
-SEEN = ("V", "alpha", "theta", "h")
-"""Channels that see the path, in the order of their columns."""
+OBSERVED = ("V", "alpha", "theta", "h")
+"""Output channels compared with the path, in the order of their columns."""
 
 LONGEST_STEP = 0.1
-"""Numerical: integration step at most, s; a fourth-order step this long is exact to 1e-7 at half a radian per
+"""Numerical: largest integration step, s; a fourth-order step of this length is accurate to 1e-7 at half a radian per
 second."""
 
 Array = NDArray[np.float64]
@@ -79,13 +79,13 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
     initial : ndarray, shape (4,)
         u, w [m/s], theta [rad], h [m].
     directions : ndarray, shape (n, 3, D)
-        Changes of a_x, a_z and q whose effect is wanted.
+        Changes of a_x, a_z and q to which the path's sensitivities are computed.
 
     Notes
     -----
     u' = a_x - g sin(theta) - q w + r v, w' = a_z + g cos(theta) cos(phi) + q u - p v,
     theta' = q cos(phi) - r sin(phi), h' = u sin(theta) - v sin(phi) cos(theta) - w cos(phi) cos(theta), with
-    v = sqrt(u^2 + w^2) tan(beta), by Runge and Kutta's fourth-order step; the derivatives are those of the discrete
+    v = sqrt(u^2 + w^2) tan(beta), by fourth-order Runge-Kutta steps; the derivatives are those of the discrete
     solution. Jategaonkar, Flight Vehicle System Identification, 2nd ed., section 10.3.
     """
     samples, width = time.shape[0], _STATES + directions.shape[2]
@@ -106,9 +106,9 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
             total, column_total = np.zeros(_STATES), np.zeros((_STATES, width))
             for stage in range(4):
                 within = 0.0 if stage == 0 else (0.5 if stage < 3 else 1.0)
-                share = (piece + within) / pieces
-                here[:] = (1.0 - share) * given[k] + share * given[k + 1]
-                along[:, :] = (1.0 - share) * directions[k] + share * directions[k + 1]
+                fraction = (piece + within) / pieces
+                here[:] = (1.0 - fraction) * given[k] + fraction * given[k + 1]
+                along[:, :] = (1.0 - fraction) * directions[k] + fraction * directions[k + 1]
                 _rates(at, here, rates, by_state, by_driving)
                 for a in range(_STATES):
                     for c in range(width):
@@ -131,8 +131,8 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
     return Path(states, columns)
 
 
-def see(states: Array, given: Array, x_arm: float, z_arm: float) -> tuple[Array, Array, Array]:
-    """What true instruments show along a path: outputs (n, 4), their derivatives by state and by driving input.
+def observe(states: Array, given: Array, x_arm: float, z_arm: float) -> tuple[Array, Array, Array]:
+    """Output equation of ideal instruments: outputs (n, 4), their derivatives by state and by driving input.
 
     Parameters
     ----------
@@ -146,13 +146,13 @@ def see(states: Array, given: Array, x_arm: float, z_arm: float) -> tuple[Array,
     vane_u, vane_w = u + q * z_arm, w - q * x_arm
     square = vane_u**2 + vane_w**2
     outputs = np.column_stack([plane / cos_beta, np.arctan2(vane_w, vane_u), theta, h])
-    by_state = np.zeros((u.size, len(SEEN), len(STATES)))
-    by_driving = np.zeros((u.size, len(SEEN), len(DRIVING)))
-    by_state[:, SEEN.index("V"), STATES.index("u")] = u / plane / cos_beta
-    by_state[:, SEEN.index("V"), STATES.index("w")] = w / plane / cos_beta
-    by_state[:, SEEN.index("alpha"), STATES.index("u")] = -vane_w / square
-    by_state[:, SEEN.index("alpha"), STATES.index("w")] = vane_u / square
+    by_state = np.zeros((u.size, len(OBSERVED), len(STATES)))
+    by_driving = np.zeros((u.size, len(OBSERVED), len(DRIVING)))
+    by_state[:, OBSERVED.index("V"), STATES.index("u")] = u / plane / cos_beta
+    by_state[:, OBSERVED.index("V"), STATES.index("w")] = w / plane / cos_beta
+    by_state[:, OBSERVED.index("alpha"), STATES.index("u")] = -vane_w / square
+    by_state[:, OBSERVED.index("alpha"), STATES.index("w")] = vane_u / square
     for name in ("theta", "h"):
-        by_state[:, SEEN.index(name), STATES.index(name)] = 1.0
-    by_driving[:, SEEN.index("alpha"), DRIVING.index("q")] = (-x_arm * vane_u - z_arm * vane_w) / square
+        by_state[:, OBSERVED.index(name), STATES.index(name)] = 1.0
+    by_driving[:, OBSERVED.index("alpha"), DRIVING.index("q")] = (-x_arm * vane_u - z_arm * vane_w) / square
     return outputs, by_state, by_driving

@@ -10,32 +10,33 @@ from aerosid.compatibility.recording import StretchSettings
 
 @dataclass(frozen=True)
 class CompatibilitySettings:
-    """Settings of the check; what else lets a fault be named is that of the equations (`EquationErrorSettings`).
+    """Settings of the check; the other limits of significance are those of equation error (`EquationErrorSettings`).
 
     Attributes
     ----------
     false_alarm : float
-        Share, 1, of flights with nothing wrong in which something may be named, by design. A fifth of that of a loop:
-        no coefficient and no other flight is asked here, and of one short flight the residuals' colour is known
-        badly. At a loop's share 11 of 400 flights of 12 s alarmed (tests/compatibility/test_consistency.py, seeds 0 to
-        399); those seeds are no evidence for it.
+        False alarm rate, 1: fraction of flights without instrument errors in which one may be named, by design. A fifth
+        of that of a loop: no coefficient and no other flight is tested here, and the colour of a short flight's
+        residuals is poorly known. At a loop's rate 11 of 400 flights of 12 s alarmed
+        (tests/compatibility/test_consistency.py, seeds 0 to 399); those seeds are no evidence for it.
     coloured : float
-        Probability of white noise, 1, from which a residual is called coloured. Chosen.
+        Probability under white noise, 1, below which a residual is coloured. Chosen.
     above_the_noise : float
-        Times the noise of successive samples, 1, that a flow angle or the airspeed must leave in the band for the air
-        to move: white noise leaves at most 1, half as much again is for that of the integrated accelerometers.
+        Ratio of the residual of a flow angle or the airspeed in the band to the noise of successive samples, 1, from
+        which there is turbulence: white noise gives at most 1, half as much again allows for the integrated
+        accelerometers.
     gusts_last : float
-        s; how long moving air lasts at least: a vane whose noise keeps 0.8 of each sample looks, sampled at 40 Hz, like
-        gusts of 0.4 s. Found on the Twin Otter and Citation recordings, which are no evidence for it.
+        s; least correlation time of turbulence: a vane whose noise has a correlation of 0.8 between samples at 40 Hz
+        resembles gusts of 0.4 s. Found on the Twin Otter and Citation recordings, which are no evidence for it.
     longest_scale : float
-        m; what wanders over a longer way is no turbulence: Dryden's scale length at altitude (MIL-F-8785C).
+        m; a drift of longer scale is no turbulence: Dryden's scale length at altitude (MIL-F-8785C).
     shortest : float
-        s; a shorter stretch is left out of the equations beside a longer one: at 0.8 Hz, their lowest band, it holds 13
-        samples, and four of them lie at its ends. Chosen.
+        s; a shorter stretch is left out of the equations where there is a longer one: at 0.8 Hz, their lowest band, it
+        has 13 samples, four of them at its ends. Chosen.
     stretches : StretchSettings
-        How a log is cut.
+        Division of a log into stretches.
     contradiction : ContradictionSettings
-        Limits of what counts as a contradiction.
+        Limits of a contradiction.
     """
 
     false_alarm: float = 0.002
@@ -49,4 +50,4 @@ class CompatibilitySettings:
 
 
 USUAL = CompatibilitySettings()
-"""The settings unless told otherwise."""
+"""The default settings."""

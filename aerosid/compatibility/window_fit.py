@@ -1,4 +1,4 @@
-"""Weighted least squares of flight-path reconstruction over short windows, faults of instruments estimated along."""
+"""Weighted least squares of flight-path reconstruction over short windows, with instrument errors estimated."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compatibility.flight_path import DRIVING, GIVEN, SEEN, STATES, integrate_path, see
+from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED, STATES, integrate_path, observe
 from aerosid.compatibility.recording import Recording, first_states
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.equation_error.equations.angular_rates import Rates, lever_accelerations
@@ -20,20 +20,20 @@ _FREE = len(STATES)
 
 @dataclass(frozen=True)
 class WindowFitSettings:
-    """Settings of the fit of short windows, for misfits that are compared with shares of a channel's variation.
+    """Settings of the fit of short windows, whose misfits are compared with fractions of a channel's variation.
 
     Attributes
     ----------
     steps : int
         Levenberg-Marquardt steps at given noise variances.
     rounds : int
-        Rounds of noise variances: a channel that does not belong to the motion must lose its weight.
+        Updates of the noise variances: a channel that does not belong to the motion must lose its weight.
     cost_tolerance : float
-        Fall of -2 ln L that decides nothing, 1.
+        Negligible decrease of -2 ln L, 1.
     variance_tolerance : float
-        Relative change of a noise variance that counts as none, 1.
+        Negligible relative change of a noise variance, 1.
     least_variance : float
-        Share, 1, of the log's own noise variance that a channel keeps: a path that wanders can explain all of one.
+        Least noise variance of a channel over the log's own, 1: a drifting path could fit one channel completely.
     """
 
     steps: int = 6
@@ -49,14 +49,14 @@ QUICK = WindowFitSettings()
 
 @dataclass(frozen=True)
 class WindowFit:
-    """The likeliest path of each window: `residuals` (n, 4) measured less seen, zero where nothing is compared."""
+    """The fitted path of each window: `residuals` (n, 4) measured less predicted, zero where nothing is compared."""
 
     residuals: tuple[Array, ...]
 
 
 @dataclass(frozen=True)
 class _Point:
-    """Numbers of the faults and initial states (4,), with each window's residuals and their derivatives."""
+    """Instrument errors and initial states (4,), with each window's residuals and their derivatives."""
 
     effects: tuple[ActiveEffect, ...]
     states: tuple[Array, ...]
@@ -67,19 +67,19 @@ class _Point:
 def fit_windows(
     recording: Recording, effects: Sequence[ActiveEffect], settings: WindowFitSettings = QUICK
 ) -> WindowFit:
-    """The likeliest paths through the stretches of a recording, each with an initial state of its own.
+    """Maximum-likelihood paths through the stretches of a recording, each with its own initial state.
 
     Parameters
     ----------
     recording : Recording
         Its stretches are the windows.
     effects : sequence of ActiveEffect
-        Faults of instruments whose numbers are estimated, in the order in which they act.
+        Instrument errors that are estimated, in the order in which they act.
 
     Notes
     -----
     Output error of the flight path (Klein & Morelli, Aircraft System Identification, chapter 10) with diagonal weights:
-    over some seconds the noise of the integrated channels moves the path little beside a contradiction.
+    over some seconds the noise of the integrated channels changes the path little compared with a contradiction.
     """
     floor = settings.least_variance * _starting_variance(recording)
     variance = floor / settings.least_variance
@@ -99,7 +99,7 @@ def fit_windows(
 
 
 def true_inputs(recording: Recording, effects: Sequence[ActiveEffect]) -> Array:
-    """What drove the path, (N, 7): the recorded channels with their faults taken off, at the centre of gravity."""
+    """The path's inputs, (N, 7): the recorded channels corrected for instrument errors, at the centre of gravity."""
     given = recording.inputs.copy()
     for active in reversed(effects):
         effect = active.effect
@@ -118,11 +118,11 @@ def true_inputs(recording: Recording, effects: Sequence[ActiveEffect]) -> Array:
 
 def _starting_variance(recording: Recording) -> Array:
     """Noise variances (4,) of the log, no smaller than rounding; 1 where a channel is absent."""
-    variance = np.ones(len(SEEN))
+    variance = np.ones(len(OBSERVED))
     for name in recording.outputs:
-        samples = recording.measured[:, SEEN.index(name)]
+        samples = recording.measured[:, OBSERVED.index(name)]
         least = 1e-6 * float(np.nanstd(samples)) + 1e-12
-        variance[SEEN.index(name)] = max(recording.noise[name], least) ** 2
+        variance[OBSERVED.index(name)] = max(recording.noise[name], least) ** 2
     return variance
 
 
@@ -134,7 +134,7 @@ def _evaluate(recording: Recording, effects: tuple[ActiveEffect, ...], states: S
     for stretch, state in zip(recording.stretches, states, strict=True):
         here, along = np.ascontiguousarray(given[stretch]), np.ascontiguousarray(directions[stretch])
         path = integrate_path(recording.time[stretch], here, state, along)
-        outputs, by_state, by_driving = see(path.states, here, x_arm, z_arm)
+        outputs, by_state, by_driving = observe(path.states, here, x_arm, z_arm)
         moved = by_state @ path.columns
         moved[:, :, _FREE:] += by_driving @ along
         slopes = np.zeros((*outputs.shape, _FREE + len(effects)))
@@ -148,37 +148,37 @@ def _evaluate(recording: Recording, effects: tuple[ActiveEffect, ...], states: S
 
 
 def _directions(recording: Recording, effects: Sequence[ActiveEffect], given: Array) -> tuple[Array, list[int]]:
-    """How a_x, a_z and q move with each fault of theirs, (N, 3, D), and each one's place among the effects."""
+    """Sensitivities of a_x, a_z and q to their instrument errors, (N, 3, D), and the index of each effect."""
     moves, places = [], []
     for n, active in enumerate(effects):
         if active.effect.where in DRIVING:
-            beside = _beside(active)
-            changed = true_inputs(recording, (*effects[:n], beside, *effects[n + 1 :]))
-            moves.append((changed - given)[:, : len(DRIVING)] / (beside.values[0] - active.values[0]))
+            perturbed = _perturbed(active)
+            changed = true_inputs(recording, (*effects[:n], perturbed, *effects[n + 1 :]))
+            moves.append((changed - given)[:, : len(DRIVING)] / (perturbed.values[0] - active.values[0]))
             places.append(n)
     empty = np.zeros((recording.time.size, len(DRIVING), 0))
     return (np.stack(moves, axis=2) if moves else empty), places
 
 
 def _enter_sensors(time: Array, outputs: Array, slopes: Array, effects: Sequence[ActiveEffect]) -> None:
-    """Let the faults of what sees the path act on outputs and slopes, and enter their own columns, in place."""
+    """Apply the observed channels' errors to outputs and sensitivities, and enter their own columns, in place."""
     for n, active in enumerate(effects):
         effect = active.effect
-        if isinstance(effect, OutputEffect) and effect.where in SEEN:
-            i, beside = SEEN.index(effect.where), _beside(active)
+        if isinstance(effect, OutputEffect) and effect.where in OBSERVED:
+            i, perturbed = OBSERVED.index(effect.where), _perturbed(active)
             true = outputs[:, i : i + 1].copy()
             read = effect.output(time, true, active.numbers)
-            moved = effect.output(time, true, beside.numbers)
+            moved = effect.output(time, true, perturbed.numbers)
             slopes[:, i] = effect.transform(time, np.ascontiguousarray(slopes[:, i]), active.numbers)
-            slopes[:, i, _FREE + n] = (moved - read)[:, 0] / (beside.values[0] - active.values[0])
+            slopes[:, i, _FREE + n] = (moved - read)[:, 0] / (perturbed.values[0] - active.values[0])
             outputs[:, i] = read[:, 0]
 
 
-def _beside(active: ActiveEffect) -> ActiveEffect:
-    """The effect with its number moved a little, inside its limits."""
+def _perturbed(active: ActiveEffect) -> ActiveEffect:
+    """The effect with its parameter changed by its step, inside its limits."""
     step = active.effect.parameters[0].step
-    beside = active.beside(0, step)
-    return beside if beside.values != active.values else active.beside(0, -step)
+    perturbed = active.perturbed(0, step)
+    return perturbed if perturbed.values != active.values else active.perturbed(0, -step)
 
 
 def _mean_squares(recording: Recording, point: _Point) -> Array:
@@ -195,7 +195,7 @@ def _cost(recording: Recording, point: _Point, variance: Array) -> float:
 
 
 def _improved(recording: Recording, point: _Point, variance: Array, settings: WindowFitSettings) -> _Point:
-    """The best point at given noise variances, by Levenberg and Marquardt's damped steps."""
+    """The best point at given noise variances, by Levenberg-Marquardt steps."""
     damping, cost = 1e-4, _cost(recording, point, variance)
     for _ in range(settings.steps):
         while True:
@@ -214,7 +214,7 @@ def _improved(recording: Recording, point: _Point, variance: Array, settings: Wi
 
 
 def _moved(point: _Point, variance: Array, damping: float) -> tuple[tuple[ActiveEffect, ...], tuple[Array, ...]]:
-    """Faults, kept within their limits, and initial states after a damped Gauss-Newton step."""
+    """Instrument errors, kept within their limits, and initial states after a damped Gauss-Newton step."""
     blocks = []
     for residual, columns in zip(point.residuals, point.columns, strict=True):
         flat = (columns / np.sqrt(variance)[:, None]).reshape(-1, columns.shape[2])
@@ -222,7 +222,7 @@ def _moved(point: _Point, variance: Array, damping: float) -> tuple[tuple[Active
     count = len(point.effects)
     normal, gradient = np.zeros((count, count)), np.zeros(count)
     for matrix, slope in blocks:
-        # The window's own initial state is taken out.
+        # The window's own initial state is eliminated.
         right = np.column_stack([matrix[:_FREE, _FREE:], slope[:_FREE]])
         taken = _solved(matrix[:_FREE, :_FREE], right, damping)
         normal += matrix[_FREE:, _FREE:] - matrix[_FREE:, :_FREE] @ taken[:, :-1]
@@ -245,7 +245,7 @@ def _solved(matrix: Array, right: Array, damping: float) -> Array:
     if shown.any():
         unit = scale[shown]
         scaled = matrix[np.ix_(shown, shown)] / np.outer(unit, unit)
-        # A grain of damping keeps directions that hold nothing to rounding at rest.
+        # A small damping suppresses steps in directions without information.
         scaled += (damping + 1e-12) * np.eye(unit.size)
         by_row = unit if right.ndim == 1 else unit[:, None]
         result[shown] = np.linalg.solve(scaled, right[shown] / by_row) / by_row

@@ -1,7 +1,7 @@
-"""The catalogue of effects that a declared model may lack: one small file a family, each with equation and source.
+"""Catalogue of effects that may be missing from a declared model: one file per family, each with equation and source.
 
-A new effect is one file with its `FAMILY`, as `control.py` is, and one line in `CATALOGUE`. Hypotheses, the kinds that
-an aircraft file may declare, the words of the report and the planted tests are drawn from there.
+A new effect is one file with its `FAMILY`, like `control.py`, and one line in `CATALOGUE`. Hypotheses, the kinds that
+an aircraft file may declare, the words of the report and the planted tests are taken from there.
 """
 
 from aerosid.effects import (
@@ -16,7 +16,7 @@ from aerosid.effects import (
     step_change,
     thrust,
 )
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import (
     ActiveEffect,
     BodyEffect,
@@ -28,7 +28,7 @@ from aerosid.effects.kinds import (
     PositionEffect,
     StateEffect,
     frozen,
-    whole,
+    with_all_parameters,
     with_numbers,
 )
 
@@ -44,7 +44,7 @@ CATALOGUE: tuple[Family, ...] = (
     disturbance.FAMILY,
     flow_separation.FAMILY,
 )
-"""Every family, in the order in which its effects are asked for."""
+"""Every family, in the order in which its effects are tested."""
 
 KINDS: dict[str, Kind] = {kind.name: kind for family in CATALOGUE for kind in family.kinds}
 """Every kind by its name in result.json."""
@@ -57,7 +57,7 @@ __all__ = [
     "Effect",
     "EffectParameter",
     "Family",
-    "Flown",
+    "FlightData",
     "InputEffect",
     "Kind",
     "NoiseEffect",
@@ -68,6 +68,6 @@ __all__ = [
     "StateEffect",
     "at_null",
     "frozen",
-    "whole",
+    "with_all_parameters",
     "with_numbers",
 ]

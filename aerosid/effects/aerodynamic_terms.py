@@ -2,13 +2,13 @@
 
 Powers of alpha and their products with the slower variables are the polynomial library of stepwise regression (Klein &
 Morelli, Aircraft System Identification, section 5.4). Splines pos(alpha - c)^n are that book's section 5.4.3: their
-knots c divide the flown range of alpha. Mach number and alphadot stand beside the variables that do nearly the same,
-V_hat and q_hat with alpha, and are named where a flight tells them apart.
+knots c divide the flown range of alpha. Mach number and alphadot are nearly collinear with V_hat, and with q_hat and
+alpha, and are named where a flight distinguishes them.
 
-Side force, rolling and yawing moment change sign with the mirror image of the motion: their library holds the odd terms
-of sideslip, rates, aileron and rudder, those times what the symmetric motion changes, and even ones, which no symmetric
-aircraft has and many show (propellers, bent surfaces). Where a case integrates both motions the symmetric coefficients
-have the even terms of the lateral motion too, and the linear ones of an aircraft that is not symmetric.
+Side force, rolling and yawing moment change sign with the mirror image of the motion: their library contains the odd
+terms of sideslip, rates, aileron and rudder, their products with variables of the symmetric motion, and even terms,
+which no symmetric aircraft has and many show (propellers, bent surfaces). Where a case integrates both motions the
+symmetric coefficients have the even terms of the lateral motion too, and the linear ones of an asymmetric aircraft.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ ANTISYMMETRIC = (
     "beta^2*delta_a",
     "beta^2*delta_r",
 )
-"""Terms of side force, rolling and yawing moment: linear, bent, and times what the symmetric motion changes."""
+"""Terms of side force, rolling and yawing moment: linear, nonlinear, and products with symmetric variables."""
 
 COUPLED = (
     "beta^2",
@@ -109,10 +109,10 @@ POWERED = ("C_T*beta", "C_T*delta_r", "C_T*r_hat")
 """Slipstream over fin and rudder, where recorded thrust varies."""
 
 ATTITUDE = ("theta", "phi")
-"""Of the pitching moment: fuel that runs, and what a trimmed controller or a vane answers slowly."""
+"""Of the pitching moment: fuel that moves, and slow responses of a trimmed controller or a vane."""
 
 UNSTEADY = ("alpha_dot_hat",)
-"""Downwash that reaches the tail late, and apparent mass."""
+"""Delayed downwash at the tail, and apparent mass."""
 
 COMPRESSIBLE = ("mach", "alpha*mach")
 """Where Mach number is recorded."""
@@ -122,12 +122,12 @@ COMPRESSIBLE_SIDE = ("beta*mach",)
 
 
 def is_symmetric(coefficient: str) -> bool:
-    """Whether a coefficient is the same in the mirror image of the motion."""
+    """Whether a coefficient is unchanged in the mirror image of the motion."""
     return coefficient not in LATERAL.coefficients
 
 
 def polynomials(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iterator[Term]:
-    """The polynomial library as far as its channels are logged."""
+    """The terms of the polynomial library whose channels are logged."""
     texts: tuple[str, ...] = POLYNOMIALS if is_symmetric(coefficient) else ANTISYMMETRIC
     if is_symmetric(coefficient) and set(LATERAL.coefficients) <= set(axes.coefficients):
         texts += COUPLED
@@ -137,7 +137,7 @@ def polynomials(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iter
 
 
 def unsteady(_logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
-    """Terms in alphadot, which drag does not know, nor what is lateral."""
+    """Terms in alphadot; none in drag and in lateral coefficients."""
     if is_symmetric(coefficient) and coefficient not in ("C_X", "C_D"):
         yield from map(parse_term, UNSTEADY)
 
@@ -149,7 +149,7 @@ def compressible(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> It
 
 
 def attitude(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
-    """Terms of the pitching moment in pitch and bank, where these are recorded and move."""
+    """Terms of the pitching moment in pitch and bank, where these are recorded and vary."""
     if coefficient != "C_m":
         return
     for term in map(parse_term, ATTITUDE):
@@ -159,7 +159,7 @@ def attitude(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterat
 
 
 def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
-    """Parts of alpha above knots inside the flown range, to the first and second power, in symmetric coefficients."""
+    """Splines of alpha with knots inside the flown range, of first and second order, in symmetric coefficients."""
     if not is_symmetric(coefficient):
         return
     alpha = np.concatenate([np.zeros(0), *(log["alpha"][np.isfinite(log["alpha"])] for log in logs if "alpha" in log)])
@@ -168,7 +168,7 @@ def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterato
     low, high = (float(value) for value in np.percentile(alpha, [1.0, 99.0]))
     if high - low < OFFERED.least_range:
         return
-    for knot in dict.fromkeys(round((low + share * (high - low)) / OFFERED.knot_grid) for share in OFFERED.knots):
+    for knot in dict.fromkeys(round((low + fraction * (high - low)) / OFFERED.knot_grid) for fraction in OFFERED.knots):
         sign = "-" if knot >= 0 else "+"
         start = f" {sign} {abs(knot) * OFFERED.knot_grid:.2f}" if knot else ""
         for power in ("", "^2"):
@@ -180,12 +180,12 @@ def _range(values: NDArray[np.float64]) -> float:
     return float(np.ptp(present)) if present.size else 0.0
 
 
-def searched_numbers(term: Term) -> int:
-    """How many numbers inside a term were chosen from the flight: its knots."""
+def searched_parameters(term: Term) -> int:
+    """Number of parameters inside a term that were chosen from the flight: its knots."""
     return sum(factor.shape == "pos" and factor.offset != 0.0 for factor in term.factors)
 
 
 def rarity(term: Term) -> float:
-    """What a term must bring in -2 ln L beyond a commoner or simpler one that does the same: a tie goes to that."""
+    """Additional gain in -2 ln L that a term needs compared with a commoner or simpler one of the same fit."""
     degree = sum(factor.power for factor in term.factors)
     return 0.1 * degree + (2.0 if "mach" in term.variables else 0.0)

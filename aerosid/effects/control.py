@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
 from aerosid.effects.limits import OFFERED
 from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, rate_limited
@@ -16,23 +16,23 @@ THRUST_COLUMN = "thrust_change"
 """Thrust beyond the recorded one, N."""
 
 ADDED_IN = {"thrust": THRUST_COLUMN}
-"""Columns that take what is added to a recorded input which the kernel reads in a place of its own."""
+"""Columns of additions to a recorded input that the kernel reads from a column of its own."""
 
-SLOW = frozenset(ADDED_IN)
-"""Inputs that take seconds: an engine runs up in one to ten."""
+SLOW_INPUTS = frozenset(ADDED_IN)
+"""Inputs with lags of seconds: an engine takes one to ten to run up."""
 
 
 Transform = Callable[[Signal, Signal, tuple[float, ...]], Signal]
-"""An acting signal (N,) of time, recorded signal and numbers."""
+"""An acting signal (N,) of time, recorded signal and parameters."""
 
 
-def _lateness(channel: str, name: str, lowest: float = 0.0, least: float = 0.0) -> EffectParameter:
+def _delay_parameter(channel: str, name: str, lowest: float = 0.0, least: float = 0.0) -> EffectParameter:
     before = (-0.03,) if lowest < 0.0 else ()
-    trials, highest = ((0.25, 0.5, 1.0, 2.0, 4.0), 10.0) if channel in SLOW else ((0.03, 0.1, 0.25), 2.0)
+    trials, highest = ((0.25, 0.5, 1.0, 2.0, 4.0), 10.0) if channel in SLOW_INPUTS else ((0.03, 0.1, 0.25), 2.0)
     return EffectParameter(name, "s", trials=(*trials, *before), lowest=lowest, highest=highest, step=1e-4, least=least)
 
 
-def _late(
+def _delayed_effect(
     kind: str,
     channel: str,
     parameter: EffectParameter,
@@ -40,7 +40,7 @@ def _late(
     noise: Callable[[tuple[float, ...], float], tuple[float, float]],
     source: str,
 ) -> InputEffect:
-    """The effect of a transform of the recorded input, in its place or as what it adds to it."""
+    """The effect of a transform of the recorded input, in place of it or as an addition to it."""
     column = ADDED_IN.get(channel, "")
     if not column:
         return InputEffect(kind, channel, (parameter,), transform, noise, source)
@@ -58,10 +58,10 @@ def _late(
 
 def control_lag(channel: str) -> InputEffect:
     """The surface follows the recorded control with a first-order lag: d' = (d_recorded - d)/T."""
-    return _late(
+    return _delayed_effect(
         "control_lag",
         channel,
-        _lateness(channel, "time_constant"),
+        _delay_parameter(channel, "time_constant"),
         lambda time, values, p: lagged(time, np.ascontiguousarray(values)[:, None], p[0])[:, 0],
         lambda p, interval: _lag_noise(p[0], interval),
         "MIL-F-8785C equivalent systems: actuator as a first-order lag",
@@ -69,30 +69,30 @@ def control_lag(channel: str) -> InputEffect:
 
 
 def control_delay(channel: str, earliest: float = 0.0, least: float = 0.0) -> InputEffect:
-    """The surface follows the recorded control after a pure delay.
+    """The surface follows the recorded control after a pure time delay.
 
-    `earliest` [s]: the lowest that it may be; below zero the record is late. `least` [s]: what counts as none.
+    `earliest` [s]: lower limit; below zero the record itself is delayed. `least` [s]: insignificant delay.
     """
-    return _late(
+    return _delayed_effect(
         "control_delay",
         channel,
-        _lateness(channel, "delay", earliest, least),
+        _delay_parameter(channel, "delay", earliest, least),
         lambda time, values, p: delayed_linear(time, values, p[0]),
         lambda _p, _interval: (1.0, 0.0),
         "MIL-F-8785C equivalent time delay",
     )
 
 
-def control_rate_limit(channel: str, fastest: float, widest: float, lasting: int = 1) -> InputEffect:
-    """The surface moves no faster than a limit.
+def control_rate_limit(channel: str, max_rate: float, max_excursion: float, movement_length: int = 1) -> InputEffect:
+    """Rate limit of the surface.
 
-    `fastest` [rad/s] is the greatest rate in the record, `widest` [rad] the greatest excursion, `lasting` over how many
-    sampling intervals the fastest movement goes. A step's rate depends on the sampling alone: what limit shows itself
-    is known from the time that the excursion takes, and one that makes the fastest movement longer by less than the
-    time within which a sample places it is none.
+    `max_rate` [rad/s] is the largest rate in the record, `max_excursion` [rad] the largest excursion, `movement_length`
+    the sampling intervals of the fastest movement. A step's rate depends on the sampling alone: the range of observable
+    limits follows from the time that the excursion takes, and a limit that prolongs the fastest movement by less than
+    the time resolution of the samples is insignificant.
     """
-    resolved = fastest / (1.0 + OFFERED.least_slowing / lasting)
-    highest, lowest = 0.5 * fastest, min(0.05 * fastest, widest / OFFERED.slowest)
+    resolved = max_rate / (1.0 + OFFERED.least_slowing / movement_length)
+    highest, lowest = 0.5 * max_rate, min(0.05 * max_rate, max_excursion / OFFERED.slowest)
     return InputEffect(
         "control_rate_limit",
         channel,
@@ -102,10 +102,10 @@ def control_rate_limit(channel: str, fastest: float, widest: float, lasting: int
                 "rad/s",
                 trials=tuple(np.geomspace(lowest, highest, 4).tolist()),
                 lowest=0.1 * lowest,
-                highest=fastest,
-                step=1e-4 * fastest,
-                null=fastest,
-                least=fastest - resolved,
+                highest=max_rate,
+                step=1e-4 * max_rate,
+                null=max_rate,
+                least=max_rate - resolved,
             ),
         ),
         lambda time, values, p: rate_limited(time, np.ascontiguousarray(values), p[0]),
@@ -114,10 +114,10 @@ def control_rate_limit(channel: str, fastest: float, widest: float, lasting: int
     )
 
 
-def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEffect:
-    """Excursions of the recorded control within a band do not move the surface.
+def control_deadband(channel: str, max_excursion: float, noise: float = 0.0) -> InputEffect:
+    """Dead band: excursions of the recorded control within it do not move the surface.
 
-    `widest` is the greatest excursion, `noise` the record's standard deviation, rad.
+    `max_excursion` is the largest excursion, `noise` the record's noise standard deviation, rad.
     """
     return InputEffect(
         "control_deadband",
@@ -126,10 +126,10 @@ def control_deadband(channel: str, widest: float, noise: float = 0.0) -> InputEf
             EffectParameter(
                 "width",
                 "rad",
-                trials=(0.05 * widest, 0.2 * widest),
+                trials=(0.05 * max_excursion, 0.2 * max_excursion),
                 lowest=0.0,
-                highest=0.9 * widest,
-                step=1e-4 * widest,
+                highest=0.9 * max_excursion,
+                step=1e-4 * max_excursion,
                 least=OFFERED.least_band * noise,
             ),
         ),
@@ -143,30 +143,30 @@ def control_effects(
     channel: str, time: Signal, values: Signal, earliest: float = 0.0, least: float = 0.0
 ) -> tuple[InputEffect, ...]:
     """All effects of one control, limits taken from its record; `earliest` and `least` as of `control_delay`."""
-    fastest = float(np.max(np.abs(np.diff(values) / np.diff(time))))
-    widest = float(np.max(np.abs(values - values[0])))
-    if fastest == 0.0 or widest == 0.0:
+    max_rate = float(np.max(np.abs(np.diff(values) / np.diff(time))))
+    max_excursion = float(np.max(np.abs(values - values[0])))
+    if max_rate == 0.0 or max_excursion == 0.0:
         return ()
     return (
         control_lag(channel),
         control_delay(channel, earliest, least),
-        control_rate_limit(channel, fastest, widest, _lasting(time, values)),
-        control_deadband(channel, widest, float(estimate_noise(time, values))),
+        control_rate_limit(channel, max_rate, max_excursion, _movement_length(time, values)),
+        control_deadband(channel, max_excursion, float(estimate_noise(time, values))),
     )
 
 
-def _lasting(time: Signal, values: Signal) -> int:
-    """Sampling intervals over which the fastest movement of a record goes on at half its rate at least."""
+def _movement_length(time: Signal, values: Signal) -> int:
+    """Sampling intervals over which the fastest movement of a record has at least half its rate."""
     rates = np.diff(values) / np.diff(time)
-    fastest = int(np.argmax(np.abs(rates)))
-    quick = rates * np.sign(rates[fastest]) >= 0.5 * abs(rates[fastest])
-    before = int(np.argmin(quick[fastest::-1])) if not quick[fastest::-1].all() else fastest + 1
-    after = int(np.argmin(quick[fastest:])) if not quick[fastest:].all() else quick.size - fastest
+    peak = int(np.argmax(np.abs(rates)))
+    quick = rates * np.sign(rates[peak]) >= 0.5 * abs(rates[peak])
+    before = int(np.argmin(quick[peak::-1])) if not quick[peak::-1].all() else peak + 1
+    after = int(np.argmin(quick[peak:])) if not quick[peak:].all() else quick.size - peak
     return before + after - 1
 
 
 def _lag_noise(constant: float, interval: float) -> tuple[float, float]:
-    """White noise through the lag: its variance's factor and its memory over one interval."""
+    """White noise filtered by the lag: the factor on its variance and its memory over one interval."""
     if constant <= 0.0:
         return 1.0, 0.0
     decay = float(np.exp(-interval / constant))
@@ -179,14 +179,16 @@ def _lag_noise(constant: float, interval: float) -> tuple[float, float]:
     return variance, covariance / variance
 
 
-def _offered(flights: tuple[Flown, ...], controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
+def _offered(
+    flights: tuple[FlightData, ...], controls: tuple[str, ...], _coefficients: tuple[str, ...]
+) -> Iterator[Offer]:
     """Lag, delay, rate limit and dead band of every control that moves."""
     for channel in controls:
-        widest = max(flights, key=lambda flown: float(np.ptp(flown.inputs[channel])))
-        sideways = {"p", "r"} <= set(widest.axes.integrated)
-        earliest = OFFERED.earliest_control if sideways else 0.0
-        least = OFFERED.least_timing * float(np.median(np.diff(widest.time))) if sideways else 0.0
-        for effect in control_effects(channel, widest.time, widest.inputs[channel], earliest, least):
+        most_moved = max(flights, key=lambda flight: float(np.ptp(flight.inputs[channel])))
+        is_lateral = {"p", "r"} <= set(most_moved.axes.integrated)
+        earliest = OFFERED.earliest_control if is_lateral else 0.0
+        least = OFFERED.least_timing * float(np.median(np.diff(most_moved.time))) if is_lateral else 0.0
+        for effect in control_effects(channel, most_moved.time, most_moved.inputs[channel], earliest, least):
             yield Offer(effect.kind, channel, (at_null(effect),))
 
 
@@ -204,11 +206,11 @@ FAMILY = Family(
         Kind(
             "control_delay",
             "input",
-            "{where} acts with a delay",
+            "{where} acts with a time delay",
             lambda where, numbers, _interval: control_delay(where, min(0.0, 2.0 * numbers["delay"])),
             (Planted("delta_e", {"delay": 0.12}),),
             follows_its_score=False,
-            below="{where} acts before it is recorded",
+            below="{where} acts before it is recorded (negative time delay)",
         ),
         Kind(
             "control_rate_limit",

@@ -1,7 +1,4 @@
-"""Disturbances without a channel: gusts and unmodelled forces as noise with a correlation time.
-
-They act as noise with a memory.
-"""
+"""Disturbances without a channel: gusts and unmodelled forces as coloured process noise with a correlation time."""
 
 from __future__ import annotations
 
@@ -19,18 +16,18 @@ SIDE_GUST_COLUMN = "gust_v"
 """Lateral gust velocity, m/s, positive to the right like v."""
 
 VANE_IN = {GUST_COLUMN: "alpha", SIDE_GUST_COLUMN: "beta"}
-"""The angle of the flow that each gust velocity turns."""
+"""The flow angle that each gust velocity changes."""
 
 _LENGTH = EffectParameter("length", "m", trials=(150.0,), lowest=10.0, highest=3000.0, step=0.0)
 _SOURCE = "MIL-F-8785C turbulence, first-order"
 
 
-def _spread(name: str) -> EffectParameter:
+def _sigma_parameter(name: str) -> EffectParameter:
     return EffectParameter(name, "m/s", trials=(0.2, 1.0), lowest=1e-3, highest=20.0, step=0.0)
 
 
 def gust() -> NoiseEffect:
-    """Vertical turbulence: the air moves, the vane sees it, and so does every force that depends on alpha.
+    """Vertical turbulence, which acts on the vane and on every force that depends on alpha.
 
     Exponentially correlated along the flight path with standard deviation sigma and scale length L, the simplest form
     with the low-frequency content of Dryden's spectrum (MIL-F-8785C).
@@ -38,7 +35,7 @@ def gust() -> NoiseEffect:
     return NoiseEffect(
         "gust",
         "",
-        (_spread("sigma"), _LENGTH),
+        (_sigma_parameter("sigma"), _LENGTH),
         (GUST_COLUMN,),
         _correlated,
         _SOURCE,
@@ -46,34 +43,34 @@ def gust() -> NoiseEffect:
 
 
 def side_gust() -> NoiseEffect:
-    """Lateral turbulence: as the vertical one, of the wind from the side."""
-    return NoiseEffect("side_gust", "", (_spread("sigma"), _LENGTH), (SIDE_GUST_COLUMN,), _correlated, _SOURCE)
+    """Lateral turbulence, as the vertical one."""
+    return NoiseEffect("side_gust", "", (_sigma_parameter("sigma"), _LENGTH), (SIDE_GUST_COLUMN,), _correlated, _SOURCE)
 
 
 def turbulence() -> NoiseEffect:
     """Vertical and lateral turbulence of one scale length, independent of each other."""
-    parameters = (_spread("sigma"), _spread("sigma_side"), _LENGTH)
+    parameters = (_sigma_parameter("sigma"), _sigma_parameter("sigma_side"), _LENGTH)
     return NoiseEffect("turbulence", "", parameters, (GUST_COLUMN, SIDE_GUST_COLUMN), _correlated, _SOURCE)
 
 
 def gusts_of(axes: Axes) -> tuple[NoiseEffect, ...]:
-    """Air that moves across the flight path, along each velocity that a case integrates, and along both."""
+    """Turbulence across the flight path, along each velocity that a case integrates, and along both."""
     possible = {GUST_COLUMN: "w" in axes.integrated, SIDE_GUST_COLUMN: "v" in axes.integrated}
     return tuple(effect for effect in (gust(), side_gust(), turbulence()) if all(possible[c] for c in effect.columns))
 
 
 def _correlated(p: tuple[float, ...], interval: float, airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Variance and memory of each column: spreads first, then the one length."""
+    """Variance and memory of each column; `p`: standard deviations first, then the one scale length."""
     memory = float(np.exp(-airspeed * interval / p[-1]))
-    return tuple(spread**2 for spread in p[:-1]), (memory,) * (len(p) - 1)
+    return tuple(sigma**2 for sigma in p[:-1]), (memory,) * (len(p) - 1)
 
 
 def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
-    """Forces and moment of any shape: each coefficient wanders with a standard deviation and a memory of its own.
+    """Unmodelled forces and moments: a first-order Gauss-Markov process in each coefficient.
 
-    It explains nothing. It is what a gust has to beat before the flight may be said to have met one.
+    They explain nothing. A gust must gain more than they do to be named.
     """
-    spreads = tuple(
+    sigmas = tuple(
         EffectParameter(name, "1", trials=(2e-3,), lowest=1e-6, highest=1.0, step=0.0) for name in coefficients
     )
     memories = tuple(
@@ -82,13 +79,13 @@ def unmodelled_forces(coefficients: tuple[str, ...]) -> NoiseEffect:
     )
 
     def noise(p: tuple[float, ...], interval: float, _airspeed: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        spread, memory = p[: len(coefficients)], p[len(coefficients) :]
-        return tuple(value**2 for value in spread), tuple(float(np.exp(-interval / value)) for value in memory)
+        sigma, memory = p[: len(coefficients)], p[len(coefficients) :]
+        return tuple(value**2 for value in sigma), tuple(float(np.exp(-interval / value)) for value in memory)
 
     return NoiseEffect(
         "unmodelled_forces",
         "",
-        (*spreads, *memories),
+        (*sigmas, *memories),
         tuple(offset_column(name) for name in coefficients),
         noise,
         "the model error d(t) of Parameswaran & Raol 1994, with a memory",

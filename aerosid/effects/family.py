@@ -1,4 +1,4 @@
-"""Families of effects: their names, when they are offered, how one is made."""
+"""Families of effects: their kinds, conditions of their candidacy, construction of an effect."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ Place = Literal["input", "channel", "coefficient", "axis", "inertia", "nothing"]
 
 
 @dataclass(frozen=True)
-class Flown:
-    """One flight as the catalogue sees it before anything is asked of it.
+class FlightData:
+    """The data of one flight from which the catalogue selects candidate effects.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Flown:
 
 @dataclass(frozen=True)
 class Offer:
-    """A question to the flights: effects that become free together, at the numbers at which they are none.
+    """A candidate: effects that become free together, with parameters at their null values.
 
-    `where` as reported, of a sudden change the log; `time` its moment, s.
+    `where` as reported, of a step change the log; `time` its instant, s.
     """
 
     kind: str
@@ -67,11 +67,11 @@ class Offer:
 
 @dataclass(frozen=True)
 class Planted:
-    """An example for the catalogue's own tests: an effect with numbers, large enough to be named in a usual flight.
+    """A simulated effect for the catalogue's own tests, large enough to be identified in a usual flight.
 
     `where` as in result.json; `numbers` by the names of the effect's parameters, the leading one first. The flight
-    begins at `altitude`, m, and its thrust swings slowly by the share `thrust_swing` either way; `axes` are the motion
-    that shows it.
+    starts at `altitude`, m, and its thrust oscillates slowly by the fraction `thrust_swing`; `axes` is the case of the
+    equations of motion that shows it.
     """
 
     where: str
@@ -90,28 +90,28 @@ class Kind:
     name : str
         As in result.json.
     place : str
-        What stands in its `where`: an input, a measured channel, a coefficient, a body axis (x, y or z), a moment or
+        Meaning of its `where`: an input, a measured channel, a coefficient, a body axis (x, y or z), a moment or
         product of inertia, or nothing.
     sentence : str
-        What it says of `{where}`, for a report.
+        Sentence on `{where}`, for a report.
     made : callable
-        The effect at a place, from its numbers by name and the sampling interval, s: what an aircraft file declares.
+        The effect at a place, from its parameters by name and the sampling interval, s, as an aircraft file declares.
     planted : tuple of Planted
         Examples.
     negative : bool
-        Whether its first number may be below zero.
+        Whether its first parameter may be below zero.
     follows_its_score : bool
-        Whether it is near enough to linear in its numbers for the score test to rank it rightly when it is large.
+        Whether it is linear enough in its parameters for the score test to rank it correctly when it is large.
     optional : tuple of str
-        Numbers that it may do without.
+        Optional parameters.
     noun : str
-        What a sentence calls it, with its article; empty: `a` and its name in words.
+        Its name in a sentence, with the article; empty: `a` and its name in words.
     below : str
-        The sentence where its number is below none and says the opposite; empty: the same.
-    is_zero : bool
-        Whether it is the zero of an instrument, which differs between flights.
+        The sentence where its parameter is below null and means the opposite; empty: the same.
+    is_bias : bool
+        Whether it is an instrument's bias, which differs between flights.
     rarity : float
-        What it must bring in -2 ln L beyond a commoner effect that does the same.
+        Additional gain in -2 ln L required compared with a commoner effect of the same response.
     """
 
     name: str
@@ -124,41 +124,41 @@ class Kind:
     optional: tuple[str, ...] = ()
     noun: str = ""
     below: str = ""
-    is_zero: bool = False
+    is_bias: bool = False
     rarity: float = 0.0
 
     @property
     def words(self) -> str:
-        """What a sentence calls it: `a control lag`."""
+        """Its name in a sentence: `a control lag`."""
         return self.noun or f"a {self.name.replace('_', ' ')}"
 
-    def said(self, where: str, value: float) -> str:
-        """The sentence for a place and a number."""
+    def describe(self, where: str, value: float) -> str:
+        """The sentence for a place and a value."""
         return ((value < 0.0 and self.below) or self.sentence).format(where=where)
 
     @property
     def leading(self) -> str:
-        """The name of the number that result.json calls its value: the first."""
+        """The name of the first parameter, which result.json calls its value."""
         return next(iter(self.planted[0].numbers))
 
     @property
     def required(self) -> tuple[str, ...]:
-        """The names of the numbers without which there is no effect; what it adds to coefficients may be left out."""
+        """The names of the required parameters; additions to coefficients are optional."""
         return tuple(n for n in self.planted[0].numbers if not n.startswith("C_") and n not in self.optional)
 
 
 @dataclass(frozen=True)
 class Family:
-    """The kinds of one file, and what of them is worth asking of some flights.
+    """The kinds of one file, and their candidates for some flights.
 
     `offered(flights, controls, coefficients)` with the names of the surfaces that declared terms use, and of the
-    coefficients that may change; None where the search brings the family in by itself.
+    coefficients that may change; None where the search itself tries the family.
     """
 
     kinds: tuple[Kind, ...]
-    offered: Callable[[tuple[Flown, ...], tuple[str, ...], tuple[str, ...]], Iterable[Offer]] | None = None
+    offered: Callable[[tuple[FlightData, ...], tuple[str, ...], tuple[str, ...]], Iterable[Offer]] | None = None
 
 
 def at_null(effect: Effect, log: str = "") -> ActiveEffect:
-    """The effect with the numbers at which it is none."""
+    """The effect with its parameters at their null values."""
     return ActiveEffect(effect, tuple(parameter.null for parameter in effect.parameters), log)

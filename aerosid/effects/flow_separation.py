@@ -1,4 +1,4 @@
-"""Flow separation with memory: lift breaks down late and returns late, with drag and pitching moment.
+"""Flow separation with memory: delayed loss and recovery of lift, with drag and pitching moment.
 
 The flow separates at the point X of the chord, 1 attached to 0 separated at the leading edge:
 
@@ -24,7 +24,7 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
     alpha_highest : float
         Largest angle of attack of the flight, rad: the flow separates somewhere near it.
     lift : str
-        C_Z or C_L: the share ((1 + sqrt X)/2)^2 of its alpha derivative's lift is left.
+        C_Z or C_L: the fraction ((1 + sqrt X)/2)^2 of its alpha derivative's lift remains.
     others : tuple of str
         Coefficients that change with 1 - X.
     """
@@ -55,10 +55,10 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
 
 
 def is_breakdown(active: ActiveEffect) -> bool:
-    """Whether lift breaks down somewhere in the flown range.
+    """Whether the flow separates within the flown range of alpha.
 
-    A static curve as flat as may be, or about an angle as far beyond the flown ones as may be, is a bend of lift at all
-    angles, and stands for something else.
+    A static curve at its limit of flatness, or about an angle at its limit, is a nonlinearity of lift at all angles and
+    no separation.
     """
     (angle, sharpness, *_), (alpha_star, slope, *_) = active.effect.parameters, active.values
     return angle.lowest < alpha_star < angle.highest and slope > sharpness.lowest

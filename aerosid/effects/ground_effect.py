@@ -3,12 +3,12 @@
     C_Z, C_L, C_D:  C = C_free (1 + gain sigma(h/b))        C_X, C_m:  C = C_free + gain sigma(h/b)
     sigma(h/b) = exp(-2.48 (2 h/b)^0.768)
 
-h is the height above the ground, b the wing's span: `reach`, which is estimated too, since neither the wing's height
-above the centre of gravity nor the span itself stands in an aircraft file; it starts at wing area over mean chord.
-The height is the simulated altitude above the ground's. That is `h` less the log's channel `h_agl`, the height above
-the ground, or zero where there is none.
+h is the height above the ground, b the wing's span: `reach`, which is estimated too, since an aircraft file contains
+neither the wing's height above the centre of gravity nor the span itself; it starts at wing area over mean chord. The
+height is the simulated altitude less the ground's, which is `h` less the log's channel `h_agl`, the height above the
+ground, or zero where there is none.
 
-Source: sigma is the induced drag that the ground takes away, as fitted by Suh and Ostowari and quoted by Phillips and
+Source: sigma is the reduction of induced drag by the ground, as fitted by Suh and Ostowari and quoted by Phillips and
 Hunsaker, AIAA 2013-2917. JSBSim's tables of lift and drag over aero/h_b-mac-ft (c172p) are 1 + 0.25 sigma and 1 - sigma
 to 0.02 from h/b = 0.1 on.
 """
@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, Signal, StateEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.step_change import offset_column
@@ -48,25 +48,27 @@ def ground_effect(coefficient: str, reach: float) -> StateEffect:
     )
 
 
-def at_given_reach(whole: StateEffect, reach: float) -> StateEffect:
-    """The effect with its reach given: what is tested before anything is known of it."""
+def with_fixed_reach(whole: StateEffect, reach: float) -> StateEffect:
+    """The effect with its reach fixed, for the test of a hypothesis."""
     return replace(
         whole, parameters=whole.parameters[:1], given=(0.0, reach), places=(0,), whole=ground_effect(whole.where, reach)
     )
 
 
-def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
+def _offered(
+    flights: tuple[FlightData, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]
+) -> Iterator[Offer]:
     """Every coefficient where a flight comes near the ground."""
-    near = [flown for flown in flights if flown.height is not None and _varies(flown.height, flown.span)]
-    if near:
+    near_ground = [flight for flight in flights if flight.height is not None and _varies(flight.height, flight.span)]
+    if near_ground:
         for name in coefficients:
-            for share in OFFERED.reaches:
-                reach = share * near[0].span
-                yield Offer("ground_effect", name, (at_null(at_given_reach(ground_effect(name, reach), reach)),))
+            for fraction in OFFERED.reaches:
+                reach = fraction * near_ground[0].span
+                yield Offer("ground_effect", name, (at_null(with_fixed_reach(ground_effect(name, reach), reach)),))
 
 
 def _varies(height: Signal, span: float) -> bool:
-    """Whether a flight comes near the ground, and not below it: then its altitude is no height above ground."""
+    """Whether a flight comes near the ground, and not below it, where its altitude is no height above ground."""
     known = height[np.isfinite(height)]
     return bool(
         known.size

@@ -1,4 +1,4 @@
-"""A hypothesis: one thing that the declared model may lack, with the terms and effects that it makes free."""
+"""A hypothesis: one effect that may be missing from the declared model, with the terms and effects that become free."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from aerosid.effects import ActiveEffect, EffectParameter
-from aerosid.effects.aerodynamic_terms import searched_numbers
+from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.flight_model.aerodynamics import Entry
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One thing that the declared model may lack.
+    """One effect that may be missing from the declared model.
 
     Attributes
     ----------
@@ -22,9 +22,9 @@ class Hypothesis:
     entries : tuple of Entry
         Terms that become free.
     effects : tuple of ActiveEffect
-        Effects that become free, at the values at which they are none.
+        Effects that become free, at their null values.
     time : float or None
-        Of a sudden change, s.
+        Of a step change, s.
     """
 
     kind: str
@@ -36,34 +36,34 @@ class Hypothesis:
 
     @cached_property
     def parameters(self) -> int:
-        """How many numbers it adds, the moment of a step and a spline's knot among them."""
+        """Number of parameters that it adds, including the instant of a step and a spline's knot."""
         count = len(self.entries) + sum(len(active.values) for active in self.effects)
-        return count + (self.time is not None) + self.searched
+        return count + (self.time is not None) + self.searched_parameters
 
     @cached_property
-    def searched(self) -> int:
-        """How many numbers inside its terms were chosen from the flight."""
-        return sum(searched_numbers(term) for _, term in self.entries)
+    def searched_parameters(self) -> int:
+        """Number of parameters inside its terms that were chosen from the flight (knots)."""
+        return sum(searched_parameters(term) for _, term in self.entries)
 
     @property
     def is_plain_term(self) -> bool:
-        """Whether it is a term with no number inside it that was chosen from the flight."""
-        return self.kind == "aero_term" and not self.searched
+        """Whether it is a term without parameters chosen from the flight."""
+        return self.kind == "aero_term" and not self.searched_parameters
 
     @property
     def label(self) -> tuple[str, str, str]:
-        """Kind, place and term: what a person would call it."""
+        """Kind, place and term, as reported."""
         return self.kind, self.where, self.term
 
     @property
     def key(self) -> tuple[str, str, str, float | None, tuple[str, ...]]:
-        """What tells it from every other hypothesis of the same flights: sudden changes differ in their moment."""
+        """Unique key among the hypotheses of the same flights: step changes differ in their instant."""
         return *self.label, self.time, tuple(active.log for active in self.effects)
 
     def at(self, step: Sequence[float], trial: int) -> Hypothesis:
-        """The hypothesis with its effects away from the null value by `step`, as a start for a fit.
+        """The hypothesis with its effects at `step` from the null value, as a start for a fit.
 
-        A step past a limit says that the effect is not linear so far: the trial value that scored best is taken then.
+        A step past a limit shows that the effect is not linear so far: the trial value of the best score is then used.
         """
         place = 0
         moved = []
@@ -78,7 +78,7 @@ class Hypothesis:
         return replace(self, effects=tuple(moved))
 
     def by_chord(self, trial: int) -> Hypothesis:
-        """The hypothesis with its derivatives taken over the distance of a trial: a delay is not linear."""
+        """The hypothesis with difference quotients over the distance to a trial value, as for a nonlinear delay."""
         if not self.effects:
             return self
         if trial not in self._chords:
@@ -87,7 +87,7 @@ class Hypothesis:
 
     @cached_property
     def _chords(self) -> dict[int, Hypothesis]:
-        """What `by_chord` gave: every score test of a search asks it of the whole catalogue."""
+        """Results of `by_chord`, which every score test of a search needs for the whole catalogue."""
         return {}
 
 

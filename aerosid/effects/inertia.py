@@ -1,9 +1,9 @@
 """Moments and product of inertia that differ from the declared ones.
 
 L = I_xx p' - I_xz (r' + p q) + (I_zz - I_yy) q r, M = I_yy q' + (I_xx - I_zz) p r + I_xz (p^2 - r^2) and
-N = I_zz r' - I_xz (p' - q r) + (I_yy - I_xx) p q. Where the derivatives of a moment are free, another moment of inertia
-is a factor of them all, and another product of inertia adds what acts in roll to yaw and the other way round: what is
-left of it is in terms that are not declared (C_n delta_a, say, which is the commoner name) and in fast rolls.
+N = I_zz r' - I_xz (p' - q r) + (I_yy - I_xx) p q. Where the derivatives of a moment are free, an error of a moment of
+inertia is a factor of them all, and an error of the product of inertia couples roll and yaw: only undeclared terms
+(such as C_n delta_a, the commoner name) and fast rolls show it.
 Source: Etkin & Reid, Dynamics of Flight, 3rd ed., section 4.3; Klein & Morelli, Aircraft System Identification, 3.1.
 """
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import BodyEffect, EffectParameter
 from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import LATERAL
@@ -23,7 +23,7 @@ INERTIA = ("I_xx", "I_yy", "I_zz", "I_xz")
 def inertia(name: str, size: float) -> BodyEffect:
     """A moment or product of inertia, I_xx, I_yy, I_zz or I_xz, is greater than declared.
 
-    `size` [kg m^2] is what it is compared with: the moment itself, of I_xz the smaller one of roll and yaw.
+    `size` [kg m^2] is its reference: the moment itself, for I_xz the smaller one of roll and yaw.
     """
     limit = OFFERED.largest_inertia * size
     change = EffectParameter(
@@ -32,7 +32,9 @@ def inertia(name: str, size: float) -> BodyEffect:
     return BodyEffect("inertia", name, (change,), (name,), "Etkin & Reid, Dynamics of Flight, section 4.3")
 
 
-def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
+def _offered(
+    flights: tuple[FlightData, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]
+) -> Iterator[Offer]:
     """Those in the equations of the case, where it integrates rolling and yawing motion."""
     axes, constants = flights[0].axes, flights[0].constants
     if not {"p", "r"} <= set(axes.integrated):
@@ -52,7 +54,7 @@ FAMILY = Family(
             "{where} differs from the declared one",
             lambda where, numbers, _interval: inertia(where, abs(numbers["change"]) or 1.0),
             (Planted("I_xz", {"change": 1500.0}, axes=LATERAL),),
-            noun="another moment or product of inertia",
+            noun="an error of a moment or product of inertia",
             rarity=6.0,
         ),
     ),

@@ -1,4 +1,4 @@
-"""Kinds of effect to the estimator: on inputs, on outputs, as noise, from the motion itself."""
+"""Types of effect for the estimator: on inputs, on outputs, process noise, functions of the motion."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ Signal = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EffectParameter:
-    """One number of an effect.
+    """One parameter of an effect.
 
     Attributes
     ----------
     name, unit : str
         As reported.
     trials : tuple of float
-        Values from which a fit is started; the likelihood of a delay has more than one maximum.
+        Start values of fits; the likelihood of a time delay has more than one maximum.
     lowest, highest : float
-        Beyond these the effect means something else.
+        Limits beyond which the effect is not meaningful.
     step : float
-        For differences with respect to it.
+        For finite differences.
     null : float
-        The value at which the effect is none.
+        The value at which there is no effect.
     least : float
-        Distance from `null` below which it is not told from the noise of the record that it acts on.
+        Distance from `null` below which the noise of the record that it acts on can imitate it.
     """
 
     name: str
@@ -50,11 +50,11 @@ class InputEffect:
 
     `where` as reported; `where_acts` the input column that changes (a step change of C_m acts on a column of its own).
     `transform(time, values, parameters)` gives the acting signal (N,); `noise(parameters, interval)` the factor on the
-    recorded signal's noise variance and its memory from sample to sample. Of a sudden change `again(time, interval)`
+    recorded signal's noise variance and its memory from sample to sample. Of a step change `at_time(time, interval)`
     is the same one at another time, s, in a record with that sampling interval, s. Where `driven_by` names another
-    column, the transform takes that one's signal and its result is added. An effect acts on what those found before it
-    leave, or, where it `comes_first`, on the recorded signal: a lag of the command and one of the surface are not the
-    same beside a limit of the actuator's rate.
+    column, the transform takes that one's signal and its result is added. An effect acts on the result of those found
+    before it, or, where it `comes_first`, on the recorded signal: in the presence of an actuator's rate limit a lag of
+    the command and one of the surface are not the same.
     """
 
     kind: str
@@ -65,7 +65,7 @@ class InputEffect:
     source: str
     column: str = ""
     driven_by: str = ""
-    again: Callable[[float, float], InputEffect] | None = None
+    at_time: Callable[[float, float], InputEffect] | None = None
     comes_first: bool = False
 
     @property
@@ -76,12 +76,12 @@ class InputEffect:
 
 @dataclass(frozen=True)
 class OutputEffect:
-    """An effect between the true and the recorded response: bias, scale, delay, lag.
+    """An effect between the true and the recorded response: bias, scale factor, time delay, lag.
 
     `transform(time, values, parameters)` acts on the simulated output and, being linear but for `offset`, on each of
     its derivatives: (N, C) -> (N, C). `offset(parameters)` is added to the output alone. `undo(time, record,
-    parameters)` takes the transform back from a smooth record (N,), NaN where the record does not reach.
-    `dynamics(parameters)` is the sensor as noise on its way meets it.
+    parameters)` inverts the transform of a smooth record (N,), NaN outside the record. `dynamics(parameters)` is the
+    sensor's filter for process noise.
     """
 
     kind: str
@@ -98,16 +98,16 @@ class OutputEffect:
         return self.transform(time, np.ascontiguousarray(values), parameters) + self.offset(parameters)
 
     def corrected(self, time: Signal, record: Signal, parameters: tuple[float, ...]) -> Signal:
-        """What the sensor saw (N,), from a smooth record of it (N,)."""
+        """The sensor's input (N,), from a smooth record of it (N,)."""
         return self.undo(time, record - self.offset(parameters), parameters)
 
 
 @dataclass(frozen=True)
 class NoiseEffect:
-    """A disturbance that no channel shows, known by its statistics alone.
+    """A disturbance without a channel, known by its statistics alone (process noise).
 
     `noise(parameters, interval, airspeed)` gives variance and memory of each of the input `columns`. Its parameters
-    move no output on average; they are found by the likelihood itself.
+    do not change the mean of any output; they are estimated from the likelihood itself.
     """
 
     kind: str
@@ -120,12 +120,12 @@ class NoiseEffect:
 
 @dataclass(frozen=True)
 class StateEffect:
-    """An effect that depends on the motion itself, and may remember it.
+    """An effect that depends on the motion itself, possibly with memory.
 
-    `law` says how what it adds to the input `columns` follows from the motion, `given` are the law's numbers and
-    `places` those of them that the parameters stand for. `lift` is the coefficient whose alpha derivative the law
-    takes; where it is `proportional`, the coefficient itself. `whole` is the effect that is fitted where this one, with
-    fewer numbers, has shown itself.
+    `law` gives its additions to the input `columns` as functions of the motion, `given` are the law's constants and
+    `places` the indices of those that are parameters. `lift` is the coefficient whose alpha derivative the law uses;
+    where it is `proportional`, the coefficient itself. `whole` is the effect with all parameters, fitted once this one,
+    with fewer, is significant.
     """
 
     kind: str
@@ -141,7 +141,7 @@ class StateEffect:
     whole: StateEffect | None = None
 
     def law_numbers(self, values: Sequence[float]) -> tuple[float, ...]:
-        """The law's numbers where the parameters have these values."""
+        """The law's constants for these values of the parameters."""
         numbers = list(self.given)
         for place, value in zip(self.places, values, strict=True):
             numbers[place] = value
@@ -150,9 +150,9 @@ class StateEffect:
 
 @dataclass(frozen=True)
 class PositionEffect:
-    """A sensor that sits elsewhere than declared: each number, m, along one of the body `axes`, letters of x, y, z.
+    """A sensor position error: each parameter, m, along one of the body `axes`, letters of x, y, z.
 
-    To a simulation it is a position of the sensor, and to the motion nothing.
+    It changes the sensor's reading and not the motion.
     """
 
     kind: str
@@ -164,7 +164,7 @@ class PositionEffect:
 
 @dataclass(frozen=True)
 class BodyEffect:
-    """The aircraft itself is another than declared: each number adds to one of the `fields` of its `Constants`."""
+    """An error of the aircraft's constants: each parameter adds to one of the `fields` of its `Constants`."""
 
     kind: str
     where: str
@@ -178,9 +178,9 @@ Effect = InputEffect | OutputEffect | NoiseEffect | StateEffect | PositionEffect
 
 @dataclass(frozen=True)
 class ActiveEffect:
-    """An effect with numbers; `log` names the one manoeuvre that it belongs to, empty where it belongs to all.
+    """An effect with values of its parameters; `log` names the one manoeuvre that it belongs to, empty: all.
 
-    `held` are numbers that act and are not estimated: those of a frozen effect.
+    `held` are values that act and are not estimated: those of a frozen effect.
     """
 
     effect: Effect
@@ -190,7 +190,7 @@ class ActiveEffect:
 
     @property
     def slopes(self) -> int:
-        """How many of its numbers move the outputs: those that a Gauss-Newton step finds."""
+        """Number of its parameters with output sensitivities, which a Gauss-Newton step estimates."""
         return 0 if isinstance(self.effect, NoiseEffect) else len(self.values)
 
     def acts_on(self, log: str) -> bool:
@@ -199,20 +199,20 @@ class ActiveEffect:
 
     def moved(self, step: Sequence[float] | Signal) -> ActiveEffect:
         """The effect after a step in its parameters, kept within their limits."""
-        # Python's own min and max: a screening moves thousands of single numbers.
+        # Python's own min and max: a screening changes thousands of single values.
         values = tuple(
             min(max(float(value + change), parameter.lowest), parameter.highest)
             for value, change, parameter in zip(self.values, step, self.effect.parameters, strict=True)
         )
         return ActiveEffect(self.effect, values, self.log, self.held)
 
-    def beside(self, place: int, step: float) -> ActiveEffect:
-        """The effect with one parameter moved by `step`, kept within its limits: for differences."""
+    def perturbed(self, place: int, step: float) -> ActiveEffect:
+        """The effect with one parameter changed by `step`, kept within its limits: for finite differences."""
         return self.moved([step if n == place else 0.0 for n in range(len(self.values))])
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """All its numbers, estimated or held."""
+        """The values of all its parameters, estimated or held."""
         return self.values or self.held
 
     @property
@@ -222,12 +222,12 @@ class ActiveEffect:
 
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:
-    """The effects with other numbers to estimate: of an effect, which holds functions, they alone can be sent."""
+    """The effects with other parameter values, which alone of an effect can be transferred between processes."""
     return tuple(replace(active, values=values) for active, values in zip(effects, numbers, strict=True))
 
 
-def whole(active: ActiveEffect) -> ActiveEffect:
-    """The effect with all its numbers, where it was asked for with some of them given."""
+def with_all_parameters(active: ActiveEffect) -> ActiveEffect:
+    """The effect with all its parameters free, where some of them were fixed for its test."""
     effect = active.effect
     if not isinstance(effect, StateEffect) or effect.whole is None:
         return active
@@ -236,7 +236,7 @@ def whole(active: ActiveEffect) -> ActiveEffect:
 
 
 def frozen(active: ActiveEffect) -> ActiveEffect:
-    """The effect acting as it is, with no number left to estimate."""
+    """The effect with its parameters held at their values."""
     values, effect = active.values, active.effect
     if active.held:
         return active

@@ -1,4 +1,4 @@
-"""Limits of the catalogue: which effects a flight is asked for, and how far they may go."""
+"""Limits of the catalogue: conditions for the candidacy of effects, and bounds of their parameters."""
 
 from __future__ import annotations
 
@@ -22,93 +22,93 @@ def _over_usual() -> Mapping[str | tuple[str, str], float]:
 
 @dataclass(frozen=True)
 class OfferLimits:
-    """When the families of effects are offered; chosen from what an effect can do to a motion, as each says.
+    """Conditions for the candidacy of the families; chosen from an effect's influence on a motion, as stated.
 
     Attributes
     ----------
     grid : int
-        Moments at which a sudden change is tried on each log; the best is then refined between its neighbours. More
-        costs columns, linearly.
+        Instants at which a step change is tried on each log; the best is then refined between its neighbours. The
+        number of columns is linear in it.
     least_mach : float
-        Variation of Mach number, 1, in a flight that can show a term in it.
+        Least variation of Mach number, 1, in a flight for a term in it.
     knots : tuple of float
-        Where the splines begin, as shares, 1, of the flown range of alpha.
+        Knots of the splines, as fractions, 1, of the flown range of alpha.
     knot_grid : float
-        rad; knots are rounded to this, so that a knot reads well and the same flight gives the same terms.
+        rad; knots are rounded to this, for readable knots and reproducible terms.
     least_attitude : float
-        rad; a range of pitch or bank in which a moment of it can be told from a constant.
+        rad; least range of pitch or bank in which a moment due to it is distinguishable from a constant.
     least_range : float
-        rad; a flown range of alpha in which knots can be told apart.
+        rad; least flown range of alpha in which knots are distinguishable.
     slowest : float
         s; a surface that takes longer for its largest excursion follows no manoeuvre.
     least_band : float
-        Times the record's noise, 1, that a dead band has at least: a narrower one takes noise out of the rest before a
-        manoeuvre, and that helps any fit.
+        Least width of a dead band over the record's noise, 1: a narrower one removes noise from the trimmed flight
+        before a manoeuvre, which improves any fit.
     least_influence : float
-        By how much the influence of the ground, 1, must vary in a flight: below, a gain as large as one would move the
-        lift by 2 %.
+        Least variation of the ground's influence, 1, in a flight: below, a gain as large as one would change the lift
+        by 2 %.
     reaches : tuple of float
         Reaches of the ground effect that are tried, over wing area by mean chord, 1.
     largest_inertia : float
-        Share, 1, of the declared moments: a product of inertia or an error of a moment beyond it is no aircraft's.
+        Largest product of inertia or error of a moment, as a fraction, 1, of the declared moments.
     inertia_step : float
-        The same share by which they are varied for differences.
+        Finite-difference step as the same fraction.
     least_noise_ratio : float
-        Standard deviation of a recorded channel over its noise, 1, below which it shows nothing.
+        Least standard deviation of a recorded channel over its noise, 1.
     least_present : float
-        Share of its samples, 1, that a recorded channel must hold to be offered as a term.
+        Least fraction of samples present, 1, for a recorded channel to be a candidate term.
     fewest : int
-        Samples of a recorded channel below which it shows nothing.
+        Least number of samples of a recorded channel.
     below_ground : float
-        Of wing area over mean chord, 1, by which a height may lie below ground; more, and the altitude is no height.
+        Largest depth below ground over wing area by mean chord, 1; beyond, the altitude is no height.
     least_thrust : float
-        Share, 1, of its mean by which recorded thrust must vary to tell C_T or a factor from a constant.
+        Least variation of recorded thrust over its mean, 1, for C_T or a scale factor to be distinguishable from a
+        constant.
     like_the_states, like_an_acceleration : float
-        Shares, 1, of an unknown channel's variance that the case's other answers together, and each acceleration alone,
-        explain linearly, from which it is an answer as they are. All accelerations together show every input that acts.
+        R^2, 1, of an unknown channel with the case's other responses together, and with each acceleration alone, from
+        which it is a response too. All accelerations together would explain every input that acts.
     most_channels : int
-        Recorded channels that are asked for: every simulation carries each of them.
+        Largest number of recorded channels among the candidates, as every simulation contains each of them.
     earliest_control : float
-        s; the least delay of a control where rolling and yawing are integrated: below zero the record is late, as of a
-        surface whose sensor is filtered. A tenth of a second is a filter of 2 Hz.
+        s; least time delay of a control where rolling and yawing are integrated: negative where the record is late, as
+        with a surface sensor's filter. A tenth of a second is a filter of 2 Hz.
     least_timing : float
-        Share of the sampling interval, 1, below which a delay of a control is none where rolling and yawing are
-        integrated: between samples nothing is known better. Found on benchmarks/sideways_flights.py, seed 1.
+        Least significant time delay of a control over the sampling interval, 1, where rolling and yawing are
+        integrated: the motion between samples is not known better. Found on benchmarks/sideways_flights.py, seed 1.
     least_slowing : float
-        Sampling intervals, 1, by which a rate limit must make the fastest recorded movement longer: where between two
-        samples a step lies is not known. By reasoning, after two false limits in benchmarks/turbulent_false_alarms.py,
+        Sampling intervals, 1, by which a rate limit must prolong the fastest recorded movement: the instant of a step
+        between two samples is not known. By reasoning, after two false limits in benchmarks/turbulent_false_alarms.py,
         seed 1.
     furthest : float
-        m; how far from its declared place a sensor may sit where the aircraft's size is not asked.
+        m; largest position error of a sensor where the aircraft's size is not given.
     length_in_chords : float
-        Mean chords, 1, that an aircraft is long where its file does not say: Citation II 7, VFW-614 6.5, DHC-6 8
+        Aircraft length in mean chords, 1, where its file does not state it: Citation II 7, VFW-614 6.5, DHC-6 8
         (Jane's), model aircraft less.
     largest_bias : mapping of str to float
-        By unit, SI: what is further off is a channel that is wrong and not one that is biased. Airspeed: three times
-        the 5 kt of 14 CFR 25.1323; the others chosen.
+        Largest bias by unit, SI; beyond, the channel is wrong and not biased. Airspeed: three times the 5 kt of 14 CFR
+        25.1323; the others chosen.
     largest_scale : mapping of str to float
-        Share, 1, by which a scale may be off, by the channel's unit: vanes see the aircraft's own flow; airspeed ten
-        times the 3 % of 14 CFR 25.1323. What is usual is in `limit_over_usual`.
+        Largest scale factor error, 1, by the channel's unit: vanes measure the local flow at the aircraft; airspeed ten
+        times the 3 % of 14 CFR 25.1323. Usual errors are in `limit_over_usual`.
     largest_inertial_scale : float
         The same of every other channel, accelerometers and gyros: beyond, a channel has another unit.
     furthest_centre : float
-        Mean chords, 1, by which the centre of gravity may lie off its declared place: no pilot could hold an aircraft
-        beyond.
+        Largest centre-of-gravity error in mean chords, 1: no pilot could hold an aircraft beyond.
     limit_over_usual : mapping of str to float
-        Standard deviations, 1, of what is usual at which the limit of a kind lies, by kind, or by kind and place;
-        others have no usual size. Biases, vanes and the height of the centre of gravity: a third of their limit. Scales
-        of airspeed, accelerometers and gyros, calibrated on the ground: a tenth, 3 and 5 %. Along the fuselage, weighed
+        Limit of a kind over the standard deviation of its usual error, 1, by kind, or by kind and place; others have no
+        usual size. Biases, vanes and the height of the centre of gravity: a third of their limit. Scale factors of
+        airspeed, accelerometers and gyros, calibrated on the ground: a tenth, 3 and 5 %. Along the fuselage, weighed
         before every flight: a tenth, a twentieth of the chord. By reasoning; that a limit in place of a prior hides
-        what a record shows beyond doubt, on benchmarks/field_detection.py, seeds 4 and 5.
+        clear evidence of a record, on benchmarks/field_detection.py, seeds 4 and 5.
     scales : (float, float)
         Least and greatest measured over true, 1, of any sensor's channel.
     sensor_delays : (float, float)
-        s; least and greatest delay of a sensor's channel; below zero the others are late.
+        s; least and greatest time delay of a sensor's channel; below zero the others are late.
     slowest_sensor : float
         s; greatest time constant of a sensor's lag: it would follow no manoeuvre.
     reach : float
-        Of the length, 1, that a vane sits from the centre of gravity at most: half of it, and a nose boom. The VFW-614
-        ATTAS has its vane 0.64 of its length ahead.
+        Largest distance of a vane from the centre of gravity over the aircraft's length, 1: half of it, and a nose
+        boom. The VFW-614 ATTAS has its vane 0.64 of its length ahead.
     reach_inside : float
         The same of accelerometers, which no boom carries.
     """

@@ -2,9 +2,9 @@
 
 Each is offered as a term, linear in every coefficient; thrust as C_T = thrust/(q_bar S), an error of the engine model
 along x and of its moment arm in C_m, a slipstream in C_l and C_n.
-Channels of names that are not in the glossary are offered too, unless they follow
-the measured response so closely that they are another answer and no input: an answer in a term would feed the
-measurement back into what it is compared with.
+Channels of names that are not in the glossary are candidates too, unless they follow the measured response so closely
+that they are another response and no input: a response in a term would feed the measurement back into the simulation
+that is compared with it.
 Source: Jategaonkar, Flight Vehicle System Identification, 2nd ed., AIAA 2015 (extended models).
 """
 
@@ -24,51 +24,51 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.signals.noise import estimate_noise
 
 KNOWN = ("delta_h", "delta_f", "beta")
-"""Inputs of the glossary that the library of terms does not hold; one that a case answers with is no input there."""
+"""Inputs of the glossary that the library of terms does not contain; an output of the case is no input there."""
 
 
 def logged_channels(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iterator[Term]:
-    """A term for each channel that all logs hold, that moves, and that is an input."""
+    """A term for each channel of all logs that varies and is an input."""
     names = [name for name in logs[0].channels if name not in CHANNELS and name.isidentifier()]
-    asked = []
+    candidates = []
     known = [name for name in KNOWN if name not in axes.outputs]
     for name in (*known, *names):
         if all(name in log and np.isfinite(log[name]).mean() > OFFERED.least_present for log in logs):
-            moving = [log for log in logs if _moves(log, name)]
-            if moving and (name in known or not any(_is_answer(log, name, axes) for log in moving)):
-                asked.append(name)
-    yield from map(parse_term, asked[: OFFERED.most_channels])
+            moving = [log for log in logs if _varies(log, name)]
+            if moving and (name in known or not any(_is_response(log, name, axes) for log in moving)):
+                candidates.append(name)
+    yield from map(parse_term, candidates[: OFFERED.most_channels])
     if all("thrust" in log for log in logs) and any(_thrust_varies(log) for log in logs):
         yield parse_term("C_T")
         if not is_symmetric(coefficient):
             yield from map(parse_term, POWERED)
 
 
-def _moves(log: FlightLog, name: str) -> bool:
+def _varies(log: FlightLog, name: str) -> bool:
     values = log[name]
     present = values[np.isfinite(values)]
-    spread = float(present.std())
-    if present.size < OFFERED.fewest or spread <= 1e-9 * max(float(np.abs(present).max()), 1e-300):
+    deviation = float(present.std())
+    if present.size < OFFERED.fewest or deviation <= 1e-9 * max(float(np.abs(present).max()), 1e-300):
         return False
-    return spread > OFFERED.least_noise_ratio * float(estimate_noise(log.time, values))
+    return deviation > OFFERED.least_noise_ratio * float(estimate_noise(log.time, values))
 
 
-def _is_answer(log: FlightLog, name: str, axes: Axes) -> bool:
-    answers = [other for other in axes.outputs if other in log]
-    states = [other for other in answers if other not in ACCELERATIONS]
-    alike = [_explained(log, name, [other]) for other in answers if other in ACCELERATIONS]
+def _is_response(log: FlightLog, name: str, axes: Axes) -> bool:
+    responses = [other for other in axes.outputs if other in log]
+    states = [other for other in responses if other not in ACCELERATIONS]
+    by_one_acceleration = [_explained(log, name, [other]) for other in responses if other in ACCELERATIONS]
     return (
         _explained(log, name, states) > OFFERED.like_the_states
-        or max(alike, default=0.0) > OFFERED.like_an_acceleration
+        or max(by_one_acceleration, default=0.0) > OFFERED.like_an_acceleration
     )
 
 
 def _explained(log: FlightLog, name: str, others: Sequence[str]) -> float:
-    """Share of a channel's variance that a linear combination of others explains; 1 where nothing can be said."""
+    """Fraction of a channel's variance explained by a linear combination of others (R^2); 1 where undetermined."""
     responses = [log[other] for other in others]
     present = np.isfinite(log[name]) & np.all([np.isfinite(values) for values in responses], axis=0)
     if present.sum() < 4 * len(responses):
-        return 1.0  # an answer would do harm
+        return 1.0  # a response as a term would do harm
     regressors = np.column_stack([np.ones(present.sum()), *(_scaled(values[present]) for values in responses)])
     target = _scaled(log[name][present])
     fitted = regressors @ np.linalg.lstsq(regressors, target, rcond=None)[0]
@@ -76,9 +76,9 @@ def _explained(log: FlightLog, name: str, others: Sequence[str]) -> float:
 
 
 def _scaled(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """About the mean, in standard deviations."""
-    spread = float(values.std())
-    return (values - values.mean()) / spread if spread > 0.0 else np.zeros_like(values)
+    """Values standardised to zero mean and unit standard deviation."""
+    deviation = float(values.std())
+    return (values - values.mean()) / deviation if deviation > 0.0 else np.zeros_like(values)
 
 
 def _thrust_varies(log: FlightLog) -> bool:

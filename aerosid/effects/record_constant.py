@@ -1,4 +1,4 @@
-"""Constants of one record: trim, centre of gravity and instrument zeros differ between records of one flight.
+"""Constants of one record: trim, centre of gravity and instrument biases differ between records of one flight.
 
 Not a finding: where several records are estimated together each has constants of its own, as each has an initial state.
 """
@@ -10,7 +10,7 @@ from aerosid.effects.step_change import offset_column
 
 
 def record_constant(coefficient: str) -> InputEffect:
-    """The coefficient is greater by `constant` throughout the record that the effect belongs to."""
+    """Addition of `constant` to the coefficient throughout the record that the effect belongs to."""
     return InputEffect(
         "record_constant",
         coefficient,

@@ -1,4 +1,4 @@
-"""Sensor faults: bias, scale, delay, lag."""
+"""Sensor errors: bias, scale factor, time delay, lag."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, OutputEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.nomenclature import CHANNELS
@@ -80,16 +80,18 @@ def sensor_effects(channel: str, unit: str, noise: float) -> tuple[OutputEffect,
 
 
 def sensor_offers(noise: Mapping[str, float]) -> Iterator[Offer]:
-    """Bias, scale, delay and lag of the sensor of each channel, given the deviation of its noise, SI."""
+    """Bias, scale factor, time delay and lag of each channel's sensor, from the standard deviation of its noise, SI."""
     for channel, deviation in noise.items():
         for effect in sensor_effects(channel, CHANNELS[channel].unit, max(deviation, 1e-9)):
             yield Offer(effect.kind, channel, (at_null(effect),))
 
 
-def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
-    """Bias, scale, delay and lag of every measured output."""
-    for channel in dict.fromkeys(name for flown in flights for name in flown.measured):
-        noise = [flown.noise[channel] for flown in flights if channel in flown.measured]
+def _offered(
+    flights: tuple[FlightData, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]
+) -> Iterator[Offer]:
+    """Bias, scale factor, time delay and lag of every measured output."""
+    for channel in dict.fromkeys(name for flight in flights for name in flight.measured):
+        noise = [flight.noise[channel] for flight in flights if channel in flight.measured]
         if noise:
             yield from sensor_offers({channel: float(np.mean(noise))})
 
@@ -102,12 +104,12 @@ FAMILY = Family(
             "{where} is measured with a bias (measured − true)",
             lambda where, numbers, _interval: sensor_bias(where, CHANNELS[where].unit, abs(numbers["bias"]) or 1.0),
             (Planted("alpha", {"bias": 0.02}),),
-            is_zero=True,
+            is_bias=True,
         ),
         Kind(
             "sensor_scale",
             "channel",
-            "{where} is measured with a wrong scale (measured / true)",
+            "{where} is measured with a scale factor error (measured / true)",
             lambda where, _numbers, _interval: sensor_scale(where),
             (Planted("q", {"scale": 1.08}),),
             negative=False,
@@ -115,10 +117,10 @@ FAMILY = Family(
         Kind(
             "sensor_delay",
             "channel",
-            "{where} is recorded late",
+            "{where} is recorded with a time delay",
             lambda where, _numbers, _interval: sensor_delay(where),
             (Planted("alpha", {"delay": 0.1}),),
-            below="{where} is recorded early",
+            below="{where} is recorded early (negative time delay)",
         ),
         Kind(
             "sensor_lag",

@@ -1,15 +1,15 @@
-"""A sensor that sits elsewhere than declared: the motion about the centre of gravity shows in what it reads.
+"""Sensor position errors: the rotation about the centre of gravity enters the sensor's reading.
 
-A vane x ahead of its declared place sees w - q x, one of sideslip beta + (x r - z p)/V, a pitot tube z below V + q z,
-an accelerometer the accelerations of its own place. Klein & Morelli, Aircraft System Identification, section 10.2
-(sensor position corrections).
+A vane x ahead of its declared position measures w - q x, one of sideslip beta + (x r - z p)/V, a pitot tube z below
+V + q z, an accelerometer the acceleration at its own position. Klein & Morelli, Aircraft System Identification, section
+10.2 (sensor position corrections).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import ACCELERATIONS, LATERAL
@@ -25,7 +25,7 @@ SHOWN_BY_ROLLING = (("alpha", ("y", "x")), ("a_z", ("y", "x", "xy")), ("a_x", ("
 
 
 def farthest_place(channel: str, mean_chord: float, length: float | None = None) -> float:
-    """How far from the centre of gravity the sensor of a channel can sit, m.
+    """Largest distance of a channel's sensor from the centre of gravity, m.
 
     Parameters
     ----------
@@ -36,21 +36,21 @@ def farthest_place(channel: str, mean_chord: float, length: float | None = None)
     length : float, optional
         Of the aircraft, m; by default a multiple of its chord.
     """
-    share = OFFERED.reach_inside if channel in ACCELERATIONS else OFFERED.reach
-    return share * (length or OFFERED.length_in_chords * mean_chord)
+    fraction = OFFERED.reach_inside if channel in ACCELERATIONS else OFFERED.reach
+    return fraction * (length or OFFERED.length_in_chords * mean_chord)
 
 
 def sensor_position(channel: str, axis: str) -> PositionEffect:
     """The sensor lies `position` m further along a body axis, x forward or z down, than declared."""
-    return _sits(channel, axis, ("position",))
+    return _position_effect(channel, axis, ("position",))
 
 
 def sensor_place(channel: str, axes: str) -> PositionEffect:
-    """The sensor lies further along some body axes, letters of x forward, y right and z down, by as many numbers, m."""
-    return _sits(channel, axes, tuple(axes))
+    """The sensor lies further along some body axes, letters of x forward, y right and z down, one parameter each, m."""
+    return _position_effect(channel, axes, tuple(axes))
 
 
-def _sits(channel: str, axes: str, names: tuple[str, ...]) -> PositionEffect:
+def _position_effect(channel: str, axes: str, names: tuple[str, ...]) -> PositionEffect:
     return PositionEffect(
         "sensor_position",
         channel,
@@ -64,18 +64,20 @@ def _sits(channel: str, axes: str, names: tuple[str, ...]) -> PositionEffect:
 
 
 def _made(where: str, numbers: Mapping[str, float], _interval: float) -> PositionEffect:
-    """By the axes that are given; a number without one lies along the axis that pitching shows."""
+    """Along the axes that are given; a parameter without one lies along the axis that pitching shows."""
     axes = "".join(axis for axis in "xyz" if axis in numbers)
     return sensor_place(where, axes) if axes else sensor_position(where, dict(SHOWN_BY_PITCHING).get(where, "x"))
 
 
-def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]) -> Iterator[Offer]:
-    """Places that rolling and yawing motion shows, where it is integrated; the equations ask for those of pitching."""
+def _offered(
+    flights: tuple[FlightData, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]
+) -> Iterator[Offer]:
+    """Positions shown by rolling and yawing motion, where it is integrated; equation error tests those of pitching."""
     integrated = set(flights[0].axes.integrated)
     if not {"p", "r"} <= integrated:
         return
     for channel, places in (*SHOWN_BY_TURNING, *(SHOWN_BY_ROLLING if "q" in integrated else ())):
-        if any(channel in flown.measured for flown in flights):
+        if any(channel in flight.measured for flight in flights):
             for axes in places:
                 yield Offer("sensor_position", channel, (at_null(sensor_place(channel, axes)),))
 
@@ -85,7 +87,7 @@ FAMILY = Family(
         Kind(
             "sensor_position",
             "channel",
-            "the sensor of {where} sits elsewhere than declared",
+            "the sensor of {where} has a position error",
             _made,
             (Planted("alpha", {"position": 6.0}), Planted("beta", {"x": 5.0, "z": -0.4}, axes=LATERAL)),
             optional=("position", "x", "y", "z"),

@@ -1,13 +1,13 @@
-"""Sudden change of a coefficient: flap, gear, speed brake, ice shedding."""
+"""Step change of a coefficient: flap, gear, speed brake, ice shedding."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
 
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted
 from aerosid.effects.kinds import EffectParameter, InputEffect
-from aerosid.effects.sudden import offered_on_a_grid, sudden
+from aerosid.effects.step_input import offered_on_grid, step_input
 from aerosid.flight_model.terms import Factor, Term
 
 
@@ -22,8 +22,8 @@ def offset_term(coefficient: str) -> Term:
 
 
 def step_change(coefficient: str, time: float, interval: float) -> InputEffect:
-    """The coefficient is greater by `jump` from a moment near `time` [s] on; both are estimated."""
-    return sudden(
+    """A step of the coefficient by `jump` at an instant near `time` [s]; both are estimated."""
+    return step_input(
         "step_change",
         coefficient,
         offset_column(coefficient),
@@ -34,11 +34,13 @@ def step_change(coefficient: str, time: float, interval: float) -> InputEffect:
     )
 
 
-def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterable[Offer]:
-    """All coefficients together: what changes one of them suddenly changes the others too."""
+def _offered(
+    flights: tuple[FlightData, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]
+) -> Iterable[Offer]:
+    """All coefficients together, since a configuration change affects all of them."""
     if not coefficients:
         return ()
-    return offered_on_a_grid(flights, partial(_all_at_once, coefficients))
+    return offered_on_grid(flights, partial(_all_at_once, coefficients))
 
 
 def _all_at_once(coefficients: tuple[str, ...], time: float, interval: float) -> tuple[InputEffect, ...]:

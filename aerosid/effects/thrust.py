@@ -1,13 +1,14 @@
-"""Thrust errors: a wrong factor of the engine model, or a change that no channel records.
+"""Thrust errors: a scale factor error of the engine model, or a change that no channel records.
 
-Thrust T acts with F_x = T cos(incidence), F_z = -T sin(incidence) and the pitching moment T z_arm, and where C_T stands
-in a term. An error of its factor or its arm alone, without the rest, is a term: C_X C_T, C_m C_T.
+Thrust T acts with F_x = T cos(incidence), F_z = -T sin(incidence) and the pitching moment T z_arm, and in terms with
+C_T. An error of its factor or its arm alone, without the rest, is a term: C_X C_T, C_m C_T.
 
-Thrust that builds up late, behind a recorded throttle's or an engine model's, lags and is delayed as any control.
+Thrust that builds up with a lag or time delay behind a recorded throttle or an engine model is treated as any control.
 
-Engines that pull unequally, or one that stops, move the line of thrust sideways: an arm y to the left of the centre of
-gravity yaws by N = T y. Throughout a flight that is the term C_n C_T = y/b, from a moment on a step of C_n that fades
-as q_bar grows; at nearly constant airspeed either is as good, the commoner name is told and the arm stands beside it.
+Engines of unequal thrust, or one that stops, move the line of thrust sideways: an arm y to the left of the centre of
+gravity adds the yawing moment N = T y. Throughout a flight that is the term C_n C_T = y/b, from an instant on a step of
+C_n that decreases as q_bar grows; at nearly constant airspeed the two are indistinguishable: the commoner is reported
+with the arm as its alternative.
 Source: Jategaonkar, Flight Vehicle System Identification, 2nd ed., AIAA 2015 (engine model with a scale factor).
 """
 
@@ -18,16 +19,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from aerosid.effects.control import THRUST_COLUMN, control_delay, control_lag
-from aerosid.effects.family import Family, Flown, Kind, Offer, Planted, at_null
+from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.sudden import offered_on_a_grid, sudden
+from aerosid.effects.step_input import offered_on_grid, step_input
 from aerosid.flight_model.axes import LATERAL
 from aerosid.flight_model.terms import Term, parse_term
 
 SOURCE = "Jategaonkar, Flight Vehicle System Identification, 2nd ed."
 ARM_COLUMN = "thrust_arm"
-"""How far left of the centre of gravity the thrust acts, m."""
+"""Lateral arm of the thrust, m to the left of the centre of gravity."""
 
 
 def thrust_scale() -> InputEffect:
@@ -45,13 +46,13 @@ def thrust_scale() -> InputEffect:
 
 
 def thrust_change(time: float, interval: float) -> InputEffect:
-    """Thrust is greater by `change` from a moment near `time` [s] on; both are estimated."""
+    """A step of thrust by `change` at an instant near `time` [s]; both are estimated."""
     change = EffectParameter("change", "N", trials=(0.0,), lowest=-1e7, highest=1e7, step=1.0)
-    return sudden("thrust_change", "thrust", THRUST_COLUMN, change, SOURCE, time, interval)
+    return step_input("thrust_change", "thrust", THRUST_COLUMN, change, SOURCE, time, interval)
 
 
 def arm_term() -> Term:
-    """The term of C_n that an arm of the thrust to the left makes; its number is one over the span."""
+    """The term of C_n of a thrust arm to the left; its coefficient is one over the span."""
     return parse_term(f"C_T*{ARM_COLUMN}")
 
 
@@ -72,23 +73,25 @@ def thrust_asymmetry() -> InputEffect:
     )
 
 
-def sudden_thrust_asymmetry(time: float, interval: float) -> InputEffect:
-    """The thrust acts `arm` m left of the centre of gravity from a moment near `time` [s] on; both are estimated."""
-    return sudden("thrust_asymmetry", "thrust", ARM_COLUMN, _arm(), SOURCE, time, interval)
+def thrust_asymmetry_step(time: float, interval: float) -> InputEffect:
+    """The thrust acts `arm` m left of the centre of gravity from an instant near `time` [s] on; both are estimated."""
+    return step_input("thrust_asymmetry", "thrust", ARM_COLUMN, _arm(), SOURCE, time, interval)
 
 
-def _offered(flights: tuple[Flown, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]) -> Iterator[Offer]:
+def _offered(
+    flights: tuple[FlightData, ...], _controls: tuple[str, ...], coefficients: tuple[str, ...]
+) -> Iterator[Offer]:
     if "C_X" not in flights[0].axes.coefficients:
-        return  # what acts along x is not modelled
-    thrusts = [flown.inputs["thrust"] for flown in flights]
+        return  # forces along x are not modelled
+    thrusts = [flight.inputs["thrust"] for flight in flights]
     mean = max(float(np.mean(np.abs(thrust))) for thrust in thrusts)
-    spread = float(np.ptp(np.concatenate(thrusts)))
-    if spread > OFFERED.least_thrust * mean > 0.0:
+    variation = float(np.ptp(np.concatenate(thrusts)))
+    if variation > OFFERED.least_thrust * mean > 0.0:
         yield Offer("thrust_scale", "thrust", (at_null(thrust_scale()),))
         for effect in (control_lag("thrust"), control_delay("thrust")):
             yield Offer(effect.kind, "thrust", (at_null(effect),))
     if coefficients:
-        yield from offered_on_a_grid(flights, lambda time, interval: (thrust_change(time, interval),))
+        yield from offered_on_grid(flights, lambda time, interval: (thrust_change(time, interval),))
 
 
 FAMILY = Family(
@@ -114,7 +117,7 @@ FAMILY = Family(
             "input",
             "thrust acts to the left of the centre of gravity",
             lambda _where, numbers, interval: (
-                sudden_thrust_asymmetry(numbers["time"], interval) if "time" in numbers else thrust_asymmetry()
+                thrust_asymmetry_step(numbers["time"], interval) if "time" in numbers else thrust_asymmetry()
             ),
             (Planted("thrust", {"arm": 0.3, "time": 6.0}, axes=LATERAL),),
             optional=("time",),

@@ -1,1 +1,1 @@
-"""Maximum likelihood: output error and filter error, score tests, deviations, open-loop comparison."""
+"""Maximum likelihood: output error and filter error, score tests, standard errors, open-loop comparison."""

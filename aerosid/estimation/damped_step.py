@@ -1,7 +1,7 @@
-"""Newton step of the linearised likelihood, noise variances concentrated out.
+"""Damped Newton step of the linearised likelihood, noise variances concentrated out.
 
-A search asks this dozens of times for each simulated flight; the matrices are small, and what array calls cost beside
-them is most of the time. So the rounds are compiled.
+A search needs dozens of these for each simulated flight; the matrices are small, so that the overhead of array calls
+would be most of the time. So the rounds are compiled.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from aerosid.compiled import njit
 
 
 class Quadratic(NamedTuple):
-    """-2 ln L to second order: of each output i at its noise variance, and of the a-priori knowledge.
+    """-2 ln L to second order: of each output i at its noise variance, and of the a-priori information.
 
     `normals` (8, M, M) and `gradients` (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals'
     squares, `counts` (8,) how many, `variance` (8,) SI squared; `prior_normal` (M, M), `prior_gradient` (M,).
@@ -31,30 +31,30 @@ class Quadratic(NamedTuple):
 
 
 @njit
-def likeliest_step(
-    about: Quadratic,
+def damped_newton_step(
+    quadratic: Quadratic,
     active: NDArray[np.bool_],
     damping: float,
     floor: NDArray[np.float64],
     held: bool,
     rounds: int,
-    share: float,
+    fraction: float,
     enough: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, float, float]:
-    """The damped step, the noise variances at its end, its size, and what -2 ln L is at three places on the way.
+    """The damped step, the noise variances at its end, its size, and -2 ln L at three points.
 
     Parameters
     ----------
     active : (M,)
-        Parameters that the data can move.
+        Parameters that the data determine.
     floor : (8,)
         Least noise variances.
     held : bool
         Whether the variances keep their values.
     rounds : int
-        At most so many of a step and the variances that it promises, in turn.
-    share : float
-        How far the variances go at first from their values to the likeliest ones, in their logarithm.
+        Largest number of alternate updates of the step and the variances.
+    fraction : float
+        Of the first update of the variances to their maximum-likelihood values, in the logarithm.
     enough : float
         Change of a variance's logarithm that ends the rounds.
 
@@ -63,130 +63,130 @@ def likeliest_step(
     step : (M,)
     variance : (8,)
     size : float
-        Largest part of the step, scaled by the information.
-    begun, between, ended : float
-        -2 ln L beyond that of `about`: before the step at the variances of the first round, before it at those of the
-        last, and after it. NaN, with the step, where the information is no number.
+        Largest component of the step, scaled by the information.
+    before_step, at_final_variance, after_step : float
+        -2 ln L less that of `quadratic`: before the step at the variances of the first round, before it at those of
+        the last, and after it. NaN, with the step, where the information is NaN.
     """
     count = active.shape[0]
-    variance = about.variance.copy()
+    variance = quadratic.variance.copy()
     if not held:
-        likeliest = likeliest_variance(about, about.squares, floor)
+        likeliest = maximum_likelihood_variance(quadratic, quadratic.squares, floor)
         for i in range(variance.shape[0]):
-            variance[i] *= (likeliest[i] / variance[i]) ** share
+            variance[i] *= (likeliest[i] / variance[i]) ** fraction
     places = np.flatnonzero(active)
     size = places.shape[0]
-    normal, gradient = at_variance(about, variance)
-    begun = change_of_cost(about, variance)
+    normal, gradient = at_variance(quadratic, variance)
+    before_step = change_of_cost(quadratic, variance)
     scale = _scale(normal, places)
     step, scaled, moved = np.zeros(count), np.zeros(size), 0.0
     for n in range(rounds):
-        # The scale stays that of the first round: damping then holds back the same directions in all of them.
+        # The scale stays that of the first round, so that all rounds damp the same directions.
         scaled = _solved(normal, gradient, places, scale, damping)
         for a in range(size):
             step[places[a]] = scaled[a] / scale[a]
         if held or n + 1 == rounds:
             break
-        after = likeliest_variance(about, squares_after(about, step), floor)
+        after = maximum_likelihood_variance(quadratic, squares_after(quadratic, step), floor)
         moved = 0.0
         for i in range(variance.shape[0]):
-            if about.counts[i] > 0.0:
+            if quadratic.counts[i] > 0.0:
                 moved = max(moved, abs(np.log(after[i] / variance[i])))
                 variance[i] = after[i]
-        normal, gradient = at_variance(about, variance)
+        normal, gradient = at_variance(quadratic, variance)
         if moved < enough:
             break
-    between = change_of_cost(about, variance)
-    ended = between
+    at_final_variance = change_of_cost(quadratic, variance)
+    after_step = at_final_variance
     for a in range(count):
         row = 0.0
         for b in range(count):
             row += normal[a, b] * step[b]
-        ended += step[a] * (row - 2.0 * gradient[a])
+        after_step += step[a] * (row - 2.0 * gradient[a])
     largest = 0.0
     for a in range(size):
         if not abs(scaled[a]) <= largest:  # a NaN too, which then stays
             largest = abs(scaled[a])
-    return step, variance, largest, begun, between, ended
+    return step, variance, largest, before_step, at_final_variance, after_step
 
 
 @njit
-def promised_fall(about: Quadratic, active: NDArray[np.bool_], floor: NDArray[np.float64]) -> float:
-    """Fall of -2 ln L, noise variances at their maximum before and after, that a full Gauss-Newton step promises."""
+def predicted_decrease(quadratic: Quadratic, active: NDArray[np.bool_], floor: NDArray[np.float64]) -> float:
+    """Decrease of -2 ln L, noise variances concentrated out, predicted for a full Gauss-Newton step."""
     places = np.flatnonzero(active)
-    variance = likeliest_variance(about, about.squares, floor)
-    normal, gradient = at_variance(about, variance)
+    variance = maximum_likelihood_variance(quadratic, quadratic.squares, floor)
+    normal, gradient = at_variance(quadratic, variance)
     scale = _scale(normal, places)
     scaled = _solved(normal, gradient, places, scale, 1e-9)
     step = np.zeros(active.shape[0])
     for a in range(places.shape[0]):
         step[places[a]] = scaled[a] / scale[a]
-    after = squares_after(about, step)
-    fall = -change_of_cost(about, variance)
+    after = squares_after(quadratic, step)
+    fall = -change_of_cost(quadratic, variance)
     for i in range(variance.shape[0]):
-        if about.counts[i] > 0.0:
-            least = about.counts[i] * floor[i] / about.variance[i]
-            fall -= about.counts[i] * np.log(max(after[i], least) / about.squares[i])
+        if quadratic.counts[i] > 0.0:
+            least = quadratic.counts[i] * floor[i] / quadratic.variance[i]
+            fall -= quadratic.counts[i] * np.log(max(after[i], least) / quadratic.squares[i])
     return fall
 
 
 @njit
-def likeliest_variance(
-    about: Quadratic, squares: NDArray[np.float64], floor: NDArray[np.float64]
+def maximum_likelihood_variance(
+    quadratic: Quadratic, squares: NDArray[np.float64], floor: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The noise variances (8,) that make whitened residuals with these sums of squares most likely, at least `floor`.
+    """Maximum-likelihood noise variances (8,) for these sums of squared whitened residuals, at least `floor`.
 
-    Of outputs that were not measured their own.
+    Outputs that were not measured keep theirs.
     """
-    variance = np.empty(about.variance.shape[0])
+    variance = np.empty(quadratic.variance.shape[0])
     for i in range(variance.shape[0]):
-        share = squares[i] / max(about.counts[i], 1.0) if about.counts[i] > 0.0 else 1.0
-        variance[i] = max(about.variance[i] * share, floor[i])
+        fraction = squares[i] / max(quadratic.counts[i], 1.0) if quadratic.counts[i] > 0.0 else 1.0
+        variance[i] = max(quadratic.variance[i] * fraction, floor[i])
     return variance
 
 
 @njit
-def change_of_cost(about: Quadratic, variance: NDArray[np.float64]) -> float:
-    """How much greater -2 ln L is at other noise variances (8,)."""
+def change_of_cost(quadratic: Quadratic, variance: NDArray[np.float64]) -> float:
+    """Change of -2 ln L at other noise variances (8,)."""
     change = 0.0
     for i in range(variance.shape[0]):
-        ratio = about.variance[i] / variance[i]
-        change += about.squares[i] * (ratio - 1.0) - about.counts[i] * np.log(ratio)
+        ratio = quadratic.variance[i] / variance[i]
+        change += quadratic.squares[i] * (ratio - 1.0) - quadratic.counts[i] * np.log(ratio)
     return change
 
 
 @njit
-def at_variance(about: Quadratic, variance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Information (M, M) and gradient (M,) at other noise variances (8,), with the a-priori knowledge."""
-    normal, gradient = about.prior_normal.copy(), about.prior_gradient.copy()
+def at_variance(quadratic: Quadratic, variance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Information (M, M) and gradient (M,) at other noise variances (8,), with the a-priori information."""
+    normal, gradient = quadratic.prior_normal.copy(), quadratic.prior_gradient.copy()
     for i in range(variance.shape[0]):
-        if about.counts[i] > 0.0:
-            ratio = about.variance[i] / variance[i]
+        if quadratic.counts[i] > 0.0:
+            ratio = quadratic.variance[i] / variance[i]
             for a in range(gradient.shape[0]):
-                gradient[a] += ratio * about.gradients[i, a]
+                gradient[a] += ratio * quadratic.gradients[i, a]
                 for b in range(gradient.shape[0]):
-                    normal[a, b] += ratio * about.normals[i, a, b]
+                    normal[a, b] += ratio * quadratic.normals[i, a, b]
     return normal, gradient
 
 
 @njit
-def squares_after(about: Quadratic, step: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What `squares` (8,) become after a step in the parameters (M,), to second order."""
-    after = about.squares.copy()
+def squares_after(quadratic: Quadratic, step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`squares` (8,) after a step in the parameters (M,), to second order."""
+    after = quadratic.squares.copy()
     for i in range(after.shape[0]):
-        if about.counts[i] > 0.0:
+        if quadratic.counts[i] > 0.0:
             for a in range(step.shape[0]):
                 row = 0.0
                 for b in range(step.shape[0]):
-                    row += about.normals[i, a, b] * step[b]
-                after[i] += step[a] * (row - 2.0 * about.gradients[i, a])
-            after[i] = max(after[i], 1e-12 * about.squares[i])
+                    row += quadratic.normals[i, a, b] * step[b]
+                after[i] += step[a] * (row - 2.0 * quadratic.gradients[i, a])
+            after[i] = max(after[i], 1e-12 * quadratic.squares[i])
     return after
 
 
 @njit
 def _scale(normal: NDArray[np.float64], places: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Roots of the information's diagonal, 1 where there is none."""
+    """Square roots of the information's diagonal, 1 where it is zero."""
     scale = np.ones(places.shape[0])
     for a in range(places.shape[0]):
         if normal[places[a], places[a]] != 0.0:

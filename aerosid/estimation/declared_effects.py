@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from aerosid.aircraft import Aircraft, DeclaredEffect
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect, frozen
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.errors import AircraftError
 from aerosid.estimation.manoeuvre import Manoeuvre
 
@@ -14,9 +14,9 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 def declared_effects(
     aircraft: Aircraft, controls: Sequence[str], manoeuvres: Sequence[Manoeuvre]
 ) -> tuple[ActiveEffect, ...]:
-    """The declared effects with their numbers held.
+    """The declared effects with their parameters held.
 
-    A sudden change acts on the log that the file names, or on every identification log where it names none.
+    A step change acts on the log that the file names, or on every identification log where it names none.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def declared_effects(
     Raises
     ------
     AircraftError
-        Where an effect lacks a number, or acts on a channel that the flight model does not hold.
+        Where an effect lacks a parameter, or acts on a channel that the flight model does not have.
     """
     found: list[ActiveEffect] = []
     outputs = manoeuvres[0].axes.outputs
@@ -51,7 +51,7 @@ def declared_effects(
                 f"{', '.join(controls) or 'none'}; add a term in {made.where} or strike the effect"
             )
         active = ActiveEffect(made, tuple(numbers[parameter.name] for parameter in made.parameters))
-        if is_sudden(active):
+        if is_step_change(active):
             logs = [effect.log] if effect.log else [manoeuvre.name for manoeuvre in manoeuvres]
             found.extend(frozen(ActiveEffect(made, active.values, log)) for log in logs)
         else:
@@ -60,7 +60,7 @@ def declared_effects(
 
 
 def _numbers(effect: DeclaredEffect, key: str) -> dict[str, float]:
-    """The effect's numbers by name; result.json and aircraft files call the first one `value`."""
+    """The effect's parameters by name; result.json and aircraft files call the first one `value`."""
     kind = KINDS[effect.kind]
     numbers = dict(effect.parameters)
     if effect.value is not None:
@@ -72,7 +72,7 @@ def _numbers(effect: DeclaredEffect, key: str) -> dict[str, float]:
 
 
 def _require(names: Sequence[str], numbers: Mapping[str, float], key: str) -> None:
-    lacking = [name for name in names if name not in numbers]
-    if lacking:
-        how = "time = ..." if lacking == ["time"] else f"{lacking[0]} = {{ value = ... }} to its parameters"
-        raise AircraftError(f"{key} lacks {', '.join(lacking)}, expected {', '.join(names)}; add {how}")
+    missing = [name for name in names if name not in numbers]
+    if missing:
+        how = "time = ..." if missing == ["time"] else f"{missing[0]} = {{ value = ... }} to its parameters"
+        raise AircraftError(f"{key} lacks {', '.join(missing)}, expected {', '.join(names)}; add {how}")

@@ -21,7 +21,7 @@ class Deviations:
     Attributes
     ----------
     corrected : ndarray, shape (F,)
-        Of the free entries, counting the residuals' colour.
+        Of the free entries, corrected for coloured residuals.
     white : ndarray, shape (F,)
         As if the residuals were white: the Cramer-Rao bound.
     published : ndarray, shape (F,)
@@ -82,7 +82,7 @@ def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick
             if present.any():
                 groups.append((part.columns[present, i, :], part.residual[present, i], 1.0))
     white = refinement.covariance
-    # What a record cannot tell apart has no deviation; the rest must not fail for it.
+    # Undetermined parameters have no standard deviation; the others must not fail for them.
     keep = np.flatnonzero(np.isfinite(np.diag(white)) & (np.diag(white) > 0.0))
     corrected = np.full(white.shape, np.inf)
     chosen = [(x[:, keep], r, w) for x, r, w in groups]

@@ -1,4 +1,4 @@
-"""The input columns of a model that effects fill and no channel does."""
+"""Input columns of a model that are filled by effects and not by channels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FILLED = {
     centre_column("y"): "cg_y",
     SIDE_GUST_COLUMN: "side_gust",
 }
-"""Input columns that no channel fills and no term names, with the field of `Constants` that says where they are."""
+"""Input columns that no channel fills and no term holds, with the field of `Constants` that gives their place."""
 
 
 def with_gust(model: AerodynamicModel) -> AerodynamicModel:
@@ -33,7 +33,7 @@ def with_gust(model: AerodynamicModel) -> AerodynamicModel:
 
 
 def with_moving_air(model: AerodynamicModel) -> AerodynamicModel:
-    """The model with an input column for the gust velocity along each velocity across the path that it integrates."""
+    """The model with an input column for the gust along each velocity across the path that it integrates."""
     return _with_columns(model, air_columns(model.axes), ())
 
 
@@ -48,12 +48,12 @@ def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> Aerody
 
 
 def with_thrust_arm(model: AerodynamicModel) -> AerodynamicModel:
-    """The model with an input column for how far left the thrust acts, and what that does to C_n."""
+    """The model with an input column for the thrust's lateral arm, and its term of C_n."""
     return _with_columns(model, (), (), thrust_arm=True)
 
 
 def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
-    """The model with the input columns that effects fill and no channel does."""
+    """The model with the input columns that some effects fill."""
     wanted = {column for active in effects for column in _columns(active.effect)}
     offsets = [name for name in loads_of(model.axes) if offset_column(name) in wanted]
     filled = [column for column in FILLED if column in wanted]
@@ -63,7 +63,7 @@ def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) ->
 def _with_columns(
     model: AerodynamicModel, filled: Sequence[str], offsets: Sequence[str], *, thrust_arm: bool = False
 ) -> AerodynamicModel:
-    """The model with columns of `FILLED`, with ones that add to each of some coefficients directly, and the arm's."""
+    """The model with columns of `FILLED`, columns added directly to some coefficients, and that of the thrust arm."""
     if not filled and not offsets and not thrust_arm:
         return model
     further = {("C_n", arm_term()): 1.0 / model.constants.span} if thrust_arm else {}

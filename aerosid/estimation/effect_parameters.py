@@ -11,7 +11,7 @@ from aerosid.effects import ActiveEffect, InputEffect, StateEffect
 
 
 def direction_places(first: int, effects: Sequence[ActiveEffect], tested: Sequence[ActiveEffect]) -> NDArray[np.int64]:
-    """The columns, from `first` on, of those numbers of effects whose path leads through the inputs."""
+    """The columns, from `first` on, of the effects' parameters that act through the inputs."""
     places: list[int] = []
     for kinds, group in (((InputEffect,), effects), ((InputEffect, StateEffect), tested)):
         for active in group:

@@ -27,39 +27,39 @@ def input_directions(
     flight: Flight,
     tested: Sequence[ActiveEffect],
 ) -> NDArray[np.float64]:
-    """How the acting inputs move with each parameter of an input effect, acting or tested: (N, E, D)."""
+    """Sensitivities of the acting inputs to each parameter of an input effect, acting or tested: (N, E, D)."""
     time, extra = manoeuvre.flight.time, len(model.extra_columns)
     acting = list(parameters_of(effects, InputEffect))
-    asked = list(parameters_of(tested, InputEffect, StateEffect))
-    moves = np.zeros((time.size, extra, len(acting) + len(asked)))
+    tested_parameters = list(parameters_of(tested, InputEffect, StateEffect))
+    directions = np.zeros((time.size, extra, len(acting) + len(tested_parameters)))
     chain = ActingChain.of(model, manoeuvre, effects) if acting else None
     for place, (active, n) in enumerate(acting):
         if chain is not None and active.acts_on(manoeuvre.name):
             for column, direction in chain.direction(active, n).items():
-                moves[:, model.extra_place(column), place] = direction
+                directions[:, model.extra_place(column), place] = direction
     states: NDArray[np.float64] | None = None
     if any(isinstance(active.effect, StateEffect) for active in tested):
         states = simulated_states(model, flight, values, state)
-    for place, (active, n) in enumerate(asked, start=len(acting)):
-        move = moves[:, :, place]
+    for place, (active, n) in enumerate(tested_parameters, start=len(acting)):
+        column_direction = directions[:, :, place]
         effect = active.effect
         step = effect.parameters[n].step
-        sides = active.beside(n, step), active.beside(n, -step)
+        sides = active.perturbed(n, step), active.perturbed(n, -step)
         width = sides[0].values[n] - sides[1].values[n]
         if isinstance(effect, StateEffect) and states is not None:
-            # At no strength the effect moves the motion that it sees only through the inputs that it fills.
+            # At zero strength the effect changes its own motion only through the inputs that it fills.
             more, less = (added_along(side, model, flight, values, states, manoeuvre.ground) for side in sides)
             for column in effect.columns:
-                move[:, model.extra_place(column)] = (more[column] - less[column]) / width
+                column_direction[:, model.extra_place(column)] = (more[column] - less[column]) / width
         elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
             upper_side, lower_side = (transformed(effect, model, time, flight.inputs, side.values) for side in sides)
-            move[:, model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
-    return moves
+            column_direction[:, model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
+    return directions
 
 
 @dataclass(frozen=True)
 class ActingChain:
-    """The effects on a flight's inputs one behind the other.
+    """The effects on a flight's inputs in series.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class ActingChain:
 
     @cached_property
     def inputs(self) -> list[NDArray[np.float64]]:
-        """The inputs (N, K) before the first stage, behind it, behind the next and so on, S + 1 in all."""
+        """The inputs (N, K) before the first stage, after it, after the next and so on, S + 1 in all."""
         found = [self.recorded]
         for effect, active in self.stages:
             behind = found[-1].copy()
@@ -96,15 +96,15 @@ class ActingChain:
         return found
 
     def direction(self, active: ActiveEffect, n: int) -> dict[str, NDArray[np.float64]]:
-        """How the acting inputs move with parameter `n` of one of the effects, (N,) each; those that do, by name."""
+        """Sensitivities of the acting inputs to parameter `n` of one of the effects, (N,) each, by name."""
         step = active.effect.parameters[n].step
-        sides = active.beside(n, step), active.beside(n, -step)
+        sides = active.perturbed(n, step), active.perturbed(n, -step)
         width = sides[0].values[n] - sides[1].values[n]
         above, below = (self._moved(active, side) for side in sides)
         return {column: (above[column] - below[column]) / width for column in above}
 
     def _moved(self, active: ActiveEffect, side: ActiveEffect) -> dict[str, NDArray[np.float64]]:
-        """The columns that are others where one effect has other numbers: its own, and those that follow from them."""
+        """The columns that change with one effect's parameters: its own, and those that depend on it."""
         first = next(k for k, (_, each) in enumerate(self.stages) if each is active)
         own = self.stages[first][0]
         if self._acts_alone(own):
@@ -124,13 +124,13 @@ class ActingChain:
         return self.model.columns.index(effect.where_acts)
 
     def _acts_alone(self, effect: InputEffect) -> bool:
-        """Whether no other effect changes a column that one sees, or is driven by what it changes."""
+        """Whether no other effect changes an input column of this one, or is driven by its output column."""
         seen = {effect.where_acts, effect.driven_by} - {""}
         others = (other for other, _ in self.stages if other is not effect)
         return not any(other.where_acts in seen or other.driven_by == effect.where_acts for other in others)
 
 
-def sense(
+def apply_sensor_effects(
     block: NDArray[np.float64],
     outputs: NDArray[np.float64],
     time: NDArray[np.float64],
@@ -139,9 +139,9 @@ def sense(
     tested: Sequence[ActiveEffect],
     first: int,
 ) -> None:
-    """Let acting output effects change outputs and columns in place, and put their own columns into `block`.
+    """Apply output effects to outputs and sensitivities in place, and write their own sensitivities into `block`.
 
-    `first`: where those begin.
+    `first`: column of the first of those.
     """
     places = [first]
     for active in (*effects, *tested):
@@ -155,7 +155,7 @@ def sense(
         slopes = []
         for parameter in range(len(effect.parameters)):
             step = effect.parameters[parameter].step
-            sides = active.beside(parameter, step), active.beside(parameter, -step)
+            sides = active.perturbed(parameter, step), active.perturbed(parameter, -step)
             upper, lower = (effect.output(time, given, side.values)[:, 0] for side in sides)
             slopes.append((upper - lower) / (sides[0].values[parameter] - sides[1].values[parameter]))
         if n < len(effects):

@@ -18,15 +18,15 @@ from aerosid.signals.sensor_dynamics import SensorStates, no_sensor_states, sens
 
 
 class OutOfRangeError(Exception):
-    """A simulation left the angle-of-attack limit; the search shortens its step."""
+    """A simulation exceeded the angle-of-attack limit; the search shortens its step."""
 
 
 def acting_flight(
     model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]
 ) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with the inputs that act, and the memory (E) of their noise.
+    """The flight with the acting inputs, and the memory (E) of their noise.
 
-    Columns of the model that no channel gives are zero: an effect fills them.
+    Columns of the model without a channel are zero until an effect fills them.
     """
     flight = manoeuvre.flight
     samples, extra = flight.time.size, len(model.extra_columns)
@@ -64,13 +64,13 @@ def acting_flight(
 
 
 def in_acting_order(effects: Iterable[ActiveEffect]) -> list[tuple[InputEffect, ActiveEffect]]:
-    """The effects on inputs, each behind those whose result it acts on."""
+    """The effects on inputs, each after those on whose result it acts."""
     acting = [(active.effect, active) for active in effects if isinstance(active.effect, InputEffect)]
     return sorted(acting, key=lambda pair: not pair[0].comes_first)
 
 
 def acting_model(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:
-    """The model of the aircraft as it is: with the constants that effects change."""
+    """The model with the constants as changed by effects on the aircraft's body."""
     acting = [(active.effect, active.numbers) for active in effects if isinstance(active.effect, BodyEffect)]
     if not acting:
         return model
@@ -112,7 +112,7 @@ def simulated_states(
 
 
 def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> None:
-    """Let the sensors' effects act on simulated outputs (N, m), in place."""
+    """Apply the sensors' effects to simulated outputs (N, m), in place."""
     for active in effects:
         if isinstance(active.effect, OutputEffect) and active.acts_on(manoeuvre.name):
             i = manoeuvre.row(active.effect.where)
@@ -121,7 +121,7 @@ def recorded(outputs: NDArray[np.float64], manoeuvre: Manoeuvre, effects: Sequen
 
 
 def recording_sensors(manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> SensorStates:
-    """The sensors that record a manoeuvre, as the noise of its inputs meets them."""
+    """Dynamics of the sensors that record a manoeuvre, as they filter the noise of its inputs."""
     acting = [
         (manoeuvre.row(active.effect.where), active.effect.dynamics(active.values))
         for active in effects

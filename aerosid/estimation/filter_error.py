@@ -1,4 +1,4 @@
-"""Filter-error estimate beside unmodelled forces: bounds that count what the model lacks."""
+"""Filter-error estimate with unmodelled forces: error bounds that allow for model error."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 
 @dataclass(frozen=True)
 class FilterError:
-    """An estimate by filter error: each coefficient off by a random force with a memory, as much as the flight shows.
+    """An estimate by filter error, with a coloured random force in each coefficient of the size that the flight shows.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class FilterError:
     forces : ActiveEffect
         Those forces, with the statistics that were estimated.
     variance : ndarray, shape (8,)
-        Noise of the outputs beside them, SI squared.
+        Noise of the outputs with them, SI squared.
     """
 
     values: NDArray[np.float64]
@@ -42,16 +42,16 @@ def filter_error(
     variance: NDArray[np.float64],
     manoeuvres: Sequence[Manoeuvre],
 ) -> FilterError | None:
-    """The structure of an open-loop estimate among forces of any shape; None where the search breaks down.
+    """Filter-error estimate of an open-loop structure with unmodelled forces; None where the fit fails.
 
     Parameters
     ----------
     completed : Refinement
-        The estimate in open loop, what it lacks left in its residuals.
+        The open-loop estimate, its model error in the residuals.
     forces : ActiveEffect
-        Those forces, with the statistics where their search begins.
+        Those forces, with start values of their statistics.
     variance : ndarray, shape (m,)
-        Noise of the outputs beside them, SI squared.
+        Noise of the outputs with them, SI squared.
     """
     try:
         fit = refine_on(replace(completed, variance=variance), manoeuvres, BACKGROUND, (*completed.effects, forces))
@@ -64,10 +64,10 @@ def filter_error(
 
 
 def widened(uncertainty: Deviations, beside: FilterError | None) -> Deviations:
-    """The deviations in open loop, none smaller than among forces of any shape.
+    """The open-loop standard deviations, none smaller than with unmodelled forces.
 
-    Residuals of a short record hardly show what is slow in them, so that deviations from their colour alone differ
-    between manoeuvres by more than they say.
+    A short record hardly shows the low-frequency part of its residuals, so that estimates scatter between manoeuvres by
+    more than standard deviations from the residuals' colour alone.
     """
     if beside is None:
         return uncertainty

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RefinementSettings:
-    """Settings of the search, each with the reason for its value.
+    """Settings of the maximisation, each with the reason for its value.
 
     Attributes
     ----------
@@ -16,13 +16,13 @@ class RefinementSettings:
     rounds : int
         Rounds in which the statistics of disturbances and everything else are estimated in turn.
     step_tolerance : float
-        A step below this share of the standard deviation of every parameter changes no printed digit.
+        A step below this fraction of the standard deviation of every parameter changes no printed digit.
     variance_tolerance : float
-        Relative change of a noise variance that counts as none.
+        Negligible relative change of a noise variance.
     cost_tolerance : float
-        Fall of -2 ln L in one step that decides nothing any more.
+        Negligible decrease of -2 ln L in one step.
     disturbances : bool
-        Whether the statistics of disturbances are estimated too, or kept.
+        Whether the statistics of disturbances are estimated too, or held.
     hold_states : bool
         Whether the initial states keep their start values.
     hold_variance : bool
@@ -55,29 +55,29 @@ BACKGROUND = RefinementSettings(steps=30, rounds=5, step_tolerance=0.03, varianc
 """As a trial, with the size of the disturbance estimated too."""
 
 WRONG_STRUCTURE = RefinementSettings(cost_tolerance=0.05)
-"""A wrong structure creeps along a flat valley for long; a twentieth of -2 ln L moves none of its errors."""
+"""A wrong structure converges slowly along a flat valley; a twentieth of -2 ln L changes none of its errors."""
 
 NEARBY = RefinementSettings(cost_tolerance=1.0, variance_tolerance=0.1)
-"""From a start that another flight gave: what a wrong structure still creeps is nothing beside what it lacks."""
+"""From another flight's estimate: the remaining decrease of a wrong structure is negligible against its error."""
 
 
 @dataclass(frozen=True)
 class DampedStepSettings:
-    """Settings of the damped Gauss-Newton steps; none of them moves the estimate that a fit ends in.
+    """Settings of the damped Gauss-Newton steps; none of them changes the converged estimate.
 
     Attributes
     ----------
     least_change : float
-        Relative change, 1, of a noise variance that is no longer tried where it makes the flight less likely. Chosen.
+        Least relative change, 1, of a noise variance that is tried where it reduces the likelihood. Chosen.
     trusted : float
-        Damping, 1, up to which the last step is nearly the whole one: where it is small, it is taken without a look.
-        Chosen.
+        Damping, 1, up to which a step is nearly the full Gauss-Newton step: a small last one is taken without
+        evaluation. Chosen.
     weightings : int
-        Rounds in which a step and the noise variances that it promises are found in turn.
+        Rounds in which a step and the noise variances at its end are computed in turn.
     settled : float
-        Change, 1, of a variance's logarithm in such a round that moves the step by less than its own curvature does.
+        Change, 1, of a variance's logarithm in such a round that changes the step by less than its own curvature does.
     decides_nothing : float
-        Of -2 ln L: a tenth is far below what tells two structures apart.
+        Of -2 ln L: a tenth is far below any significant difference of two structures.
     """
 
     least_change: float = 0.02
@@ -93,16 +93,16 @@ DAMPED_STEPS = DampedStepSettings()
 
 @dataclass(frozen=True)
 class NoiseSearchSettings:
-    """Settings of the search of noise variances and of the statistics of disturbances.
+    """Settings of the estimation of noise variances and of the statistics of disturbances.
 
     Attributes
     ----------
     widest : float
-        Times, 1, by which a variance may move from where it stands: from the sensor's noise to the whole signal.
+        Factor, 1, by which a variance may change from its start: from the sensor's noise to the whole signal.
     turns : int
-        Quasi-Newton steps of one search; the motion then moves too, and the search goes on from there.
+        Quasi-Newton steps between two updates of the motion.
     least_fall : float
-        Fall of -2 ln L that is worth another look at the motion. Chosen.
+        Decrease of -2 ln L from which the motion is updated again. Chosen.
     """
 
     widest: float = 1e5
@@ -115,45 +115,45 @@ NOISE_SEARCH = NoiseSearchSettings()
 
 
 @dataclass(frozen=True)
-class ContestSettings:
-    """Which of several fits are followed to their end.
+class CompetingFitSettings:
+    """Early termination of competing fits, and their distribution over the cores.
 
     Attributes
     ----------
     most_of_promise : float
-        Times, 1, the fall that a linearisation promises: where the problem bends, a step finds more than was promised.
-        Less gives up fits that would win. Chosen.
+        Factor, 1, on the decrease predicted by a linearisation, which nonlinearity can exceed. Less terminates fits
+        that would become the best. Chosen.
     leading_steps : int
-        Steps at each factor by which noise is lowered on the way to an estimate: the next one begins anew anyway.
+        Steps at each noise factor of the continuation, whose next factor continues the fit anyway.
     """
 
     most_of_promise: float = 3.0
     leading_steps: int = 20
 
 
-CONTEST = ContestSettings()
-"""Of every contest."""
+COMPETING_FITS = CompetingFitSettings()
+"""Of all competing fits."""
 
 
 @dataclass(frozen=True)
 class ResidualTestSettings:
-    """When a residual is more than the sensors' noise, and when a candidate is one of its own.
+    """Limits of the residual tests, and of a candidate's collinearity.
 
     Attributes
     ----------
     noise_ratio : float
-        Times the log's own white noise, 1: that noise is known to 5-15 %.
+        Ratio of a residual to the log's own white noise, 1: that noise is known to 5-15 %.
     as_remembered : float
-        Times what its memory makes of the log's white noise, 1. That noise is known from its rough part alone, within
-        25 %; what comes and goes, as samples that hang, has more left.
+        Ratio of a residual to coloured noise of its memory, 1, estimated from the log's white noise. That is known from
+        its high-frequency part alone, within 25 %; intermittent noise, as of held samples, leaves more.
     fewest : int
-        Samples of a channel below which its residual is not judged.
+        Samples of a channel below which its residual is not tested.
     quick_shortfall : float
-        Times by which the published correction falls short on records of some hundred samples, 1: 2.5-7 % of cover at
-        95 %.
+        Factor by which the published correction is too small on records of some hundred samples, 1: 2.5-7 % of coverage
+        at 95 %.
     least_independence : float
-        Share of a candidate's squares, 1, that what is there already cannot imitate, below which it is another name for
-        terms already there: 0.3 % of its effect is its own. Chosen.
+        Sum of squares of the orthogonalised sensitivity over that of the sensitivity, 1, below which a candidate is
+        collinear with the present parameters: 0.3 % of its effect is its own. Chosen.
     """
 
     noise_ratio: float = 1.3

@@ -1,6 +1,6 @@
-"""Sensitivities to where accelerometers and the vane of sideslip sit, in closed form from the simulated motion.
+"""Sensitivities to the positions of accelerometers and the sideslip vane, in closed form from the simulated motion.
 
-They move no motion, and what they read is linear in their place: specific force there is f + omega' x r +
+The motion does not depend on them, and their readings are linear in position: specific force there is f + omega' x r +
 omega x (omega x r), sideslip beta + (x r - z p)/V. Klein & Morelli, Aircraft System Identification, section 10.2.
 """
 
@@ -18,11 +18,11 @@ from aerosid.flight_model.axes import Axes, input_columns_of
 Array = NDArray[np.float64]
 
 LEVERS = ("a_x", "a_y", "a_z", "beta")
-"""Channels of which the slopes are known in closed form."""
+"""Channels whose sensitivities are known in closed form."""
 
 
 def has_closed_form(active: ActiveEffect) -> bool:
-    """Whether an effect says where one of these sensors sits."""
+    """Whether an effect is the position of one of these sensors."""
     return isinstance(active.effect, PositionEffect) and active.effect.where in LEVERS
 
 
@@ -34,14 +34,14 @@ def write_lever_slopes(
     effects: Sequence[ActiveEffect],
     first: int,
 ) -> None:
-    """Write the slope by each number of a sensor's place into its column, in place.
+    """Write the sensitivity to each coordinate of a sensor's position into its column, in place.
 
     Parameters
     ----------
     block : ndarray, shape (N, m, K)
-        Column `first` is that of the first effect's first number.
+        Column `first` is that of the first effect's first parameter.
     outputs : ndarray, shape (N, m)
-        Simulated, before the faults of the sensors.
+        Simulated, before the sensors' errors.
     inputs : ndarray, shape (N, c)
         Of the same samples.
     effects : sequence of ActiveEffect
@@ -50,15 +50,15 @@ def write_lever_slopes(
     place = first
     for active in effects:
         if isinstance(active.effect, PositionEffect) and has_closed_form(active) and active.acts_on(manoeuvre.name):
-            slopes = _by_place(manoeuvre.axes, outputs, inputs, active.effect.where)
+            slopes = _position_sensitivities(manoeuvre.axes, outputs, inputs, active.effect.where)
             row = manoeuvre.axes.outputs.index(active.effect.where)
             for number, axis in enumerate(active.effect.axes[: active.slopes]):
                 block[:, row, place + number] = slopes["xyz".index(axis)]
         place += active.slopes
 
 
-def _by_place(axes: Axes, outputs: Array, inputs: Array, channel: str) -> tuple[Array, Array, Array]:
-    """What a sensor reads more for each metre further ahead, right and below, (N,) each."""
+def _position_sensitivities(axes: Axes, outputs: Array, inputs: Array, channel: str) -> tuple[Array, Array, Array]:
+    """Change of a sensor's reading per metre forward, right and down, (N,) each."""
     leading = input_columns_of(axes)
 
     def known(name: str) -> Array:

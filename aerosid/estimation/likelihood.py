@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect, StateEffect
 from aerosid.estimation.effect_parameters import direction_places
-from aerosid.estimation.effect_responses import input_directions, sense
+from aerosid.estimation.effect_responses import apply_sensor_effects, input_directions
 from aerosid.estimation.effects_in_flight import (
     OutOfRangeError,
     acting_flight,
@@ -69,10 +69,10 @@ class Whitened:
 
 
 class Trial(NamedTuple):
-    """Numbers at which a likelihood is asked.
+    """Parameter values at which a likelihood is evaluated.
 
     `values` (T,) of all terms; `states` the initial state (n,) of each manoeuvre; `effects` that act; `variance` (m,)
-    of the outputs' noise, SI squared; `tested` effects do not act: only their columns are wanted.
+    of the outputs' noise, SI squared; `tested` effects do not act: only their columns are computed.
     """
 
     values: NDArray[np.float64]
@@ -267,7 +267,7 @@ class Likelihood:
                 block[:, :, 1 + own + place] = slope[begin:stop]
             acting = (*effects, *tested)
             write_lever_slopes(block, trace.outputs, flight.inputs[begin:stop], manoeuvre, acting, 1 + own)
-            sense(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
+            apply_sensor_effects(block, trace.outputs, flight.time[begin:stop], manoeuvre, effects, tested, 1 + own)
             here = present[begin:stop]
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)
@@ -325,8 +325,8 @@ class Likelihood:
     ) -> Point | None:
         """Likelihood, gradient and information; None where the simulation leaves the model's range.
 
-        `tested` effects do not act: their derivatives are wanted, which come last. `apart` are groups of parameters
-        that are asked one group at a time: between two of them the information is left zero.
+        `tested` effects do not act: only their derivatives are computed, which come last. `apart` are groups of
+        parameters tested separately: the information between two of them is left zero.
         """
         count = self.parameter_count((*effects, *tested))
         outputs = self.output_count

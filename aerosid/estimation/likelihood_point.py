@@ -15,12 +15,12 @@ from aerosid.estimation.damped_step import Quadratic
 
 @dataclass(frozen=True)
 class Point:
-    """A set of parameters with everything that a search asks about it.
+    """A set of parameters with the likelihood and its derivatives.
 
-    `values` (T,) of all terms; `states` the initial ones; `effects` with their numbers; `variance` (8,) of the output
+    `values` (T,) of all terms; `states` the initial ones; `effects` with parameters; `variance` (8,) of the output
     noise; `cost` -2 ln L but for a constant. Each output's part at that variance: `normals` (8, M, M) and `gradients`
     (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals' squares, `counts` (8,) how many.
-    `prior_normal` and `prior_gradient`: of the a-priori knowledge.
+    `prior_normal` and `prior_gradient`: of the a-priori information.
     """
 
     values: NDArray[np.float64]
@@ -43,27 +43,27 @@ class Point:
 
     @property
     def is_disturbed(self) -> bool:
-        """Whether gusts or forces of any shape act, of which the outputs' noise takes its share."""
+        """Whether gusts or unmodelled forces act, which share the residuals with the outputs' noise."""
         return any(isinstance(active.effect, NoiseEffect) for active in self.effects)
 
     @property
     def information(self) -> NDArray[np.float64]:
-        """Fisher information (M, M), the a-priori knowledge with it."""
+        """Fisher information (M, M), including the a-priori information."""
         return np.asarray(self.normals.sum(axis=0) + self.prior_normal)
 
-    def likeliest_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The noise variances (8,) that make these residuals most likely, at least `floor`."""
-        return damped_step.likeliest_variance(self.quadratic, self.squares, floor)
+    def maximum_likelihood_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Maximum-likelihood noise variances (8,) of these residuals, at least `floor`."""
+        return damped_step.maximum_likelihood_variance(self.quadratic, self.squares, floor)
 
     def cost_at(self, variance: NDArray[np.float64]) -> float:
         """-2 ln L at other noise variances (8,).
 
-        Exact where the inputs are free of noise; else good for small changes, since their share moves little.
+        Exact where the inputs are free of noise; else accurate for small changes, as their part changes little.
         """
         return self.cost + damped_step.change_of_cost(self.quadratic, variance)
 
     def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What `squares` (8,) become after a step in the parameters (M,), to second order."""
+        """`squares` (8,) after a step in the parameters (M,), to second order."""
         return damped_step.squares_after(self.quadratic, step)
 
     def shifted(
@@ -74,7 +74,7 @@ class Point:
         variance: NDArray[np.float64],
         fall: float,
     ) -> Point:
-        """The point after a step so small that the linearisation stays; `fall` of -2 ln L, noise at `variance` (8,)."""
+        """The point after a step within the linearisation; `fall`: decrease of -2 ln L, noise at `variance` (8,)."""
         ratio = self.variance / variance
         return replace(
             self,

@@ -20,7 +20,7 @@ from aerosid.notation import plain
 from aerosid.signals.noise import calmed
 
 STANDARD_SPEED_OF_SOUND = 340.29
-"""Physical: m/s, at sea level in the standard atmosphere; without a mach channel no term can name mach."""
+"""Physical: m/s, at sea level in the standard atmosphere; without a mach channel no term can hold mach."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Manoeuvre:
     Attributes
     ----------
     log : FlightLog
-        Where it came from.
+        The log itself.
     flight : Flight
         The arrays.
     columns : tuple of str
@@ -40,9 +40,9 @@ class Manoeuvre:
     noise : ndarray, shape (m,)
         Standard deviation of each output's measurement noise, from the log alone; NaN where not measured.
     notes : tuple of str
-        What was assumed: which channel or constant gave density, thrust and mass, gaps that were bridged.
+        Assumptions: which channel or constant gave density, thrust and mass, gaps that were bridged.
     ground : float
-        Altitude of the ground below, m: by how much `h` exceeds the height above ground; 0 where that is not logged.
+        Altitude of the ground below, m: `h` less the height above ground; 0 where that is not logged.
     axes : Axes
         The case of the equations of motion that the arrays are made for.
     """
@@ -91,7 +91,7 @@ class Manoeuvre:
 
     @cached_property
     def first_state(self) -> NDArray[np.float64]:
-        """A first guess of the initial state (n,), from the first samples."""
+        """Start value of the initial state (n,), from the first samples."""
         return initial_state(self.flight, self.axes)
 
     @cached_property
@@ -116,14 +116,14 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     log : FlightLog
         Measured channels, SI.
     aircraft : Aircraft
-        Gives density, thrust and mass where the log does not, and the case of the equations of motion.
+        Source of density, thrust and mass where the log has none, and of the case of the equations of motion.
     columns : tuple of str
         The input columns of the aerodynamic model.
 
     Raises
     ------
     LogError
-        Where a channel without which the case estimates nothing, or an input that the model needs, is not in the log.
+        Where a channel that the case requires, or an input that the model needs, is not in the log.
     """
     axes = aircraft.axes
     for name in axes.required:
@@ -161,7 +161,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
 
 
 def _ground(log: FlightLog) -> float:
-    """Altitude of the ground, m, level as far as the flight goes."""
+    """Altitude of the ground, m, taken as level throughout the flight."""
     if "h" not in log or "h_agl" not in log:
         return 0.0
     below = log["h"] - log["h_agl"]
@@ -170,14 +170,14 @@ def _ground(log: FlightLog) -> float:
 
 
 def _vane_motion(log: FlightLog) -> NDArray[np.float64]:
-    """By how much the angle of attack at the centre of gravity exceeds that at the vane, (N,) rad."""
+    """Angle of attack at the centre of gravity less that at the vane, (N,) rad."""
     ahead, right, _ = log.positions["alpha"]
     p, q = (np.nan_to_num(log[name]) if name in log else np.zeros(log.time.size) for name in ("p", "q"))
     return np.nan_to_num((q * ahead - p * right) / log["V"])
 
 
 def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:
-    """Integration steps in a sampling interval, from the fastest motion that the declared derivatives could make.
+    """Integration steps in a sampling interval, from the fastest motion by the declared derivatives.
 
     omega^2 of the short period is at most |M_alpha| + |Z_alpha M_q|, its damping at most half of |Z_alpha| + |M_q|;
     that of the Dutch roll likewise with N_beta, Y_beta and N_r; roll subsides with L_p.
@@ -205,9 +205,9 @@ def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -
 
 
 def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float64]:
-    """A first guess of the state (n,) from the first samples of the measurements.
+    """Start value of the state (n,) from the first samples of the measurements.
 
-    The mean of the first samples that are there; theta from the axial specific force where it is not measured.
+    The mean of the first samples present; theta from the axial specific force where it is not measured.
     """
     first = {name: _first_mean(flight.measured[:, i]) for i, name in enumerate(axes.outputs)}
     columns = {name: float(flight.inputs[0, j]) for j, name in enumerate(input_columns_of(axes))}
@@ -294,7 +294,7 @@ def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.
 
 
 def with_calm_inputs(manoeuvre: Manoeuvre) -> Manoeuvre:
-    """The manoeuvre with the noise of its recorded inputs averaged out where they are slow."""
+    """The manoeuvre with the noise of its recorded inputs averaged out where they vary slowly."""
     flight = manoeuvre.flight
     inputs, first = flight.inputs.copy(), len(input_columns_of(manoeuvre.axes))
     for j, variance in enumerate(flight.input_variance, first):

@@ -1,7 +1,7 @@
 """Maximum-likelihood estimates of derivatives, effects, initial states and noise, over all manoeuvres.
 
-With noise-free inputs this is the output-error method; the noise of a measured surface is process noise with a known
-path, and is accounted for. The likelihood itself is in `aerosid.estimation.likelihood`.
+With noise-free inputs this is the output-error method; the noise of a measured surface is process noise with known
+input matrix, and is accounted for. The likelihood itself is in `aerosid.estimation.likelihood`.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation.damped_search import best_point
-from aerosid.estimation.fit_settings import CONTEST, USUAL, RefinementSettings
-from aerosid.estimation.likeliest_noise import likeliest_noise
+from aerosid.estimation.fit_settings import COMPETING_FITS, USUAL, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.noise_statistics import estimate_noise_statistics
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 
@@ -36,19 +36,19 @@ class Refinement:
     states : tuple of ndarray, shape (n,)
         The initial state of each manoeuvre.
     effects : tuple of ActiveEffect
-        Effects that are no term, with their estimated numbers.
+        Effects other than terms, with their estimated parameters.
     variance : ndarray, shape (m,)
         Noise variance of each output, SI squared; of unmeasured outputs 1.
     cost : float
         -2 ln L but for a constant.
     information : ndarray, shape (M, M)
-        Fisher information of the parameters: free entries, the initial states of each manoeuvre, the effects' numbers.
+        Fisher information: free entries, the initial states of each manoeuvre, the effects' parameters.
     converged : bool
         Whether the last step was within the tolerance.
     held_to_data : float
-        Factor on the inputs' noise where the model runs away in open loop and was fitted in the filter form; else 0.
+        Factor on the inputs' noise where the model diverges in open loop and was fitted in the filter form; else 0.
     placed : dict
-        Effects as they act on logs that were not fitted, kept as they are asked for: by name, begin and samples.
+        Effects as they act on logs that were not fitted, stored at first use: by name, start and samples.
     """
 
     model: AerodynamicModel
@@ -70,12 +70,12 @@ class Refinement:
         return scaled_inverse(self.information)
 
     def with_terms(self, entries: Sequence[Entry]) -> Refinement:
-        """The structure with further terms, not estimated yet: the other numbers as they are."""
+        """The structure with further terms, not estimated yet; the other parameters unchanged."""
         return replace(self, model=self.model.extended(entries), free=(*self.free, *entries))
 
     @property
     def is_disturbed(self) -> bool:
-        """Whether gusts or forces of any shape act."""
+        """Whether gusts or unmodelled forces act."""
         return any(isinstance(active.effect, NoiseEffect) for active in self.effects)
 
 
@@ -100,28 +100,27 @@ def refine(
     manoeuvres : sequence of Manoeuvre
         All of them are one joint estimate.
     free : sequence of Entry
-        What is estimated; may be empty (initial states alone).
+        The estimated entries; may be empty (initial states alone).
     effects : sequence of ActiveEffect
-        Effects that are no term, with start values.
+        Effects other than terms, with start values.
     states : sequence of ndarray, shape (n,), optional
         Start values of the initial states; by default from the first samples.
     variance : ndarray, shape (m,), optional
         Noise variances to start from; by default those of the logs.
     priors : sequence of (entry, value, standard deviation)
-        A-priori knowledge that is to enter as such.
+        A-priori estimates of entries.
     point : Point, optional
         The likelihood at the start, as in `Start`.
 
     Raises
     ------
     EstimationError
-        Where the simulation with the start values leaves the model's range, so that there is nothing to improve.
+        Where the simulation leaves the model's range with all start values.
 
     Notes
     -----
-    Levenberg-Marquardt on the likelihood in which the noise variances stand at their maximum: each step is weighted
-    by the residuals that it starts from. Maine & Iliff, NASA RP-1168, 1986; Jategaonkar, Flight Vehicle System
-    Identification, chapters 4 and 5.
+    Levenberg-Marquardt on the likelihood with concentrated noise variances: each step is weighted by the residuals at
+    its start. Maine & Iliff, NASA RP-1168, 1986; Jategaonkar, Flight Vehicle System Identification, chapters 4 and 5.
     """
     likelihood = Likelihood(model, tuple(manoeuvres), tuple(free), settings.filtering, tuple(priors))
     start = Start(model, tuple(free), tuple(effects), None if states is None else tuple(states), variance, point)
@@ -129,7 +128,7 @@ def refine(
     point, converged = best_point(likelihood, point, settings, settings.hold_variance)
     if settings.disturbances and point.is_disturbed:
         for _ in range(settings.rounds):
-            moved = likeliest_noise(likelihood, point, hold_variance=settings.hold_variance)
+            moved = estimate_noise_statistics(likelihood, point, hold_variance=settings.hold_variance)
             if moved is point:
                 break
             point, converged = best_point(likelihood, moved, settings, settings.hold_variance)
@@ -161,9 +160,10 @@ def refine_on(
 
 @dataclass(frozen=True)
 class Start:
-    """Where an estimate begins: what is free, with the start values of everything.
+    """Start of an estimate: the free entries, and the start values of everything.
 
-    As the parameters of `refine`. `point`: the likelihood there, where another estimate's linearisation knows it.
+    As the parameters of `refine`. `point`: the likelihood at the start, where another estimate's linearisation gives
+    it.
     """
 
     model: AerodynamicModel
@@ -184,7 +184,7 @@ def first_point(likelihood: Likelihood, start: Start, settings: RefinementSettin
         states = tuple(manoeuvre.first_state for manoeuvre in likelihood.manoeuvres)
     point = likelihood.evaluate(start.model.values, states, start.effects, variance)
     if point is None:
-        point = _led_in(likelihood, start.model.values, states, start.effects, variance, settings)
+        point = _continuation_start(likelihood, start.model.values, states, start.effects, variance, settings)
     return point
 
 
@@ -219,7 +219,7 @@ def whiten(
     Parameters
     ----------
     refinement : Refinement
-        The estimate at which they are wanted.
+        The estimate at which they are computed.
     manoeuvres : sequence of Manoeuvre
         Those of the estimate.
     model : AerodynamicModel, optional
@@ -241,7 +241,7 @@ def whiten(
     )
 
 
-def _led_in(
+def _continuation_start(
     likelihood: Likelihood,
     values: NDArray[np.float64],
     states: Sequence[NDArray[np.float64]],
@@ -249,14 +249,14 @@ def _led_in(
     variance: NDArray[np.float64],
     settings: RefinementSettings,
 ) -> Point:
-    """Starting point for a diverging open-loop simulation: filter gain reduced step by step to zero.
+    """Start for a diverging open-loop simulation by continuation: filter gain reduced step by step to zero.
 
-    In the filter form the inputs' noise is taken much larger than it is, which gives a gain that holds the recursion
-    to the measurements even for an unstable aircraft; the factor then falls while the parameters follow, and open loop
-    is tried again at the end.
+    In the filter form an artificially large input noise gives a gain that holds the recursion to the measurements even
+    for an unstable aircraft; the factor is then reduced and the parameters re-estimated, and open loop is tried again
+    at the end.
     """
     point = None
-    settings = replace(settings, steps=min(settings.steps, CONTEST.leading_steps))
+    settings = replace(settings, steps=min(settings.steps, COMPETING_FITS.leading_steps))
     for factor in (1e8, 1e6, 1e4, 1e3, 1e2, 1e1, 1.0):
         likelihood.held_to_data = factor
         point = likelihood.evaluate(values, states, effects, variance)
@@ -279,7 +279,7 @@ def _led_in(
 def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Inverse of a symmetric semi-definite matrix after scaling to unit diagonal; rows without information give inf.
 
-    Directions that hold no information to rounding are left to the pseudo-inverse's cut-off at 1e-13.
+    The pseudo-inverse's cut-off at 1e-13 removes directions without information.
     """
     scale = np.sqrt(np.diag(matrix))
     shown = scale > 0.0

@@ -28,7 +28,7 @@ def self_consistent(
     effects: Sequence[ActiveEffect],
     ground: float = 0.0,
 ) -> tuple[Flight, NDArray[np.float64]]:
-    """The flight with what its own motion adds to the inputs, and that motion's states (N, n).
+    """The flight with the inputs that its own motion adds, and that motion's states (N, n).
 
     `ground` [m] is the altitude of the ground.
 
@@ -37,10 +37,10 @@ def self_consistent(
     OutOfRangeError
         Where the simulation leaves the model's range.
     """
-    return _flown(model, flight, values, state, feedback_of(model, values, effects, ground))
+    return _simulated(model, flight, values, state, feedback_of(model, values, effects, ground))
 
 
-def _flown(
+def _simulated(
     model: AerodynamicModel,
     flight: Flight,
     values: NDArray[np.float64],
@@ -56,7 +56,7 @@ def _flown(
 def feedback_of(
     model: AerodynamicModel, values: NDArray[np.float64], effects: Sequence[ActiveEffect], ground: float
 ) -> Feedback:
-    """Those of the effects that depend on the motion, with their numbers, as compiled code takes them."""
+    """The effects that depend on the motion, with their parameters, as compiled code takes them."""
     moving = [(active.effect, active.values) for active in effects if isinstance(active.effect, StateEffect)]
     numbers = [effect.law_numbers(given) for effect, given in moving]
     slopes = [slope_of(model, effect) for effect, _ in moving]
@@ -80,7 +80,7 @@ def feedback_of(
 
 
 def slope_of(model: AerodynamicModel, effect: StateEffect) -> int | None:
-    """Which of the model's terms is the alpha derivative that an effect takes; None where it has none."""
+    """Index of the model's alpha derivative that an effect uses; None where it has none."""
     for place, (coefficient, term) in enumerate(model.entries):
         if coefficient == effect.lift and str(term) == "alpha":
             return place
@@ -95,7 +95,7 @@ def added_along(
     states: NDArray[np.float64],
     ground: float,
 ) -> dict[str, NDArray[np.float64]]:
-    """What an effect adds to each of its input columns, (N,), along given states (N, n); the flight is without it."""
+    """Addition of an effect to each of its input columns, (N,), along given states (N, n) of a flight without it."""
     effect = active.effect
     assert isinstance(effect, StateEffect)
     feedback = feedback_of(model, values, [active], ground)
@@ -107,24 +107,23 @@ def added_along(
 
 
 RUNAWAY = 1e50
-"""Numerical: sensitivity, SI, from which a flight says nothing any more of what it began with; its square is no
-longer sure."""
+"""Numerical: sensitivity, SI, from which a flight no longer determines its initial state; its square may overflow."""
 
 
 @dataclass(frozen=True)
 class MotionLoop:
-    """A flight with what its motion adds to its inputs, and the way of the sensitivities around that loop.
+    """A flight whose motion feeds back to its inputs, with the propagation of the sensitivities in that loop.
 
     Attributes
     ----------
     flight : Flight
-        With what its motion adds.
+        With the inputs that the motion adds.
     plain : Flight
-        Without it.
+        Without them.
     states : ndarray, shape (N, n)
         The motion.
     feedback, places, carry :
-        As the compiled pass of the sensitivities takes them; `carry` moves on from stretch to stretch.
+        As the compiled propagation of the sensitivities takes them; `carry` is passed from stretch to stretch.
     """
 
     flight: Flight
@@ -136,7 +135,7 @@ class MotionLoop:
 
     @property
     def traced_flight(self) -> Flight:
-        """The flight to trace: of every output, since they tell how the state moves."""
+        """The flight to trace: with every output, from which the state's sensitivities follow."""
         return self.flight._replace(measured=np.zeros_like(self.flight.measured))
 
     def close(
@@ -149,12 +148,12 @@ class MotionLoop:
         directions: Directions,
         trace: Trace,
     ) -> None:
-        """Add to the trace of samples `begin` to `stop` - 1 what the loop adds to the sensitivities, in place.
+        """Add the loop's contribution to the sensitivities in the trace of samples `begin` to `stop` - 1, in place.
 
         Raises
         ------
         OutOfRangeError
-            Where they grow beyond all bounds: the motion runs away, and only the stalled flow holds it.
+            Where they grow without bound: the motion diverges and is limited only by the stalled flow.
         """
         arguments = (free, model.table, model.constants, self.feedback, self.places, directions, trace)
         feed_back(begin, stop, self.carry, self.plain, self.states, values, *arguments)
@@ -174,7 +173,7 @@ def motion_loop(
     free: NDArray[np.int64],
     parameters: int,
 ) -> MotionLoop:
-    """The loop at its first sample; there are so many `parameters`: the `free` terms, the initial state, the effects'.
+    """The loop at its first sample; `parameters`: number of `free` terms, initial states and effects' parameters.
 
     Raises
     ------
@@ -182,7 +181,7 @@ def motion_loop(
         Where the simulation leaves the model's range.
     """
     feedback = feedback_of(model, values, effects, ground)
-    acting, states = _flown(model, flight, values, state, feedback)
+    acting, states = _simulated(model, flight, values, state, feedback)
     numbers, slopes = np.full(feedback.numbers.size, -1), np.full(feedback.law.size, -1)
     place, n = free.size + state.size, 0
     for active in effects:

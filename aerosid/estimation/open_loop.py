@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import KINDS, ActiveEffect, StateEffect, frozen
-from aerosid.effects.sudden import at_moment, is_sudden, moment
+from aerosid.effects.step_input import at_instant, instant_of, is_step_change
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model, recorded
 from aerosid.estimation.fit_settings import RefinementSettings
@@ -25,7 +25,7 @@ _INITIAL_STATE = RefinementSettings(steps=20, step_tolerance=0.01, hold_variance
 
 @dataclass(frozen=True)
 class Response:
-    """One simulation beside its log.
+    """One simulation compared with its log.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def respond(
     *,
     effects: Sequence[ActiveEffect] = (),
     constants_of: tuple[str, ...] = (),
-    zeros: bool = False,
+    biases: bool = False,
     state: NDArray[np.float64] | None = None,
 ) -> Response:
     """The open-loop response of `model` to the inputs of a log.
@@ -57,20 +57,20 @@ def respond(
     Parameters
     ----------
     model : AerodynamicModel
-        Kept as it is, but for the constants named.
+        Held, except for the constants named.
     manoeuvre : Manoeuvre
-        Its measurements give the initial state, and nothing else.
+        Its measurements only determine the initial state.
     variance : ndarray, shape (m,)
-        Weights of the outputs in that estimate, SI squared.
+        Noise variances of the outputs in that estimate, SI squared.
     effects : sequence of ActiveEffect
-        Effects that are no term, with their numbers, which are kept as well.
+        Effects other than terms, with their parameters, which are held as well.
     constants_of : tuple of str
-        Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument zeros
+        Coefficients whose constants are also estimated on this log: trim, centre of gravity and instrument biases
         differ between flights.
-    zeros : bool
-        Whether the zeros of instruments that the effects hold are estimated on this log too.
+    biases : bool
+        Whether the instrument biases among the effects are estimated on this log too.
     state : ndarray, shape (n,), optional
-        Where the search of the initial state begins, if it is finite; by default at the first samples.
+        Start value of the initial state, if it is finite; by default from the first samples.
     """
     constants = [(coefficient, CONSTANT) for coefficient in constants_of]
     model = model.extended(constants)
@@ -79,14 +79,14 @@ def respond(
             model,
             [manoeuvre],
             constants,
-            effects=[active if zeros and _is_zero(active) else frozen(active) for active in effects],
+            effects=[active if biases and _is_bias(active) else frozen(active) for active in effects],
             states=None if state is None or not np.isfinite(state).all() else [state],
             variance=variance,
             settings=_INITIAL_STATE,
         )
     except EstimationError:
-        left, gone = _left(model, manoeuvre.flight)
-        return Response(left, gone, dict.fromkeys(manoeuvre.outputs))
+        outputs, states = _out_of_range_response(model, manoeuvre.flight)
+        return Response(outputs, states, dict.fromkeys(manoeuvre.outputs))
     outputs, states = simulate(fitted.model, manoeuvre, fitted.states[0], fitted.effects)
     difference = manoeuvre.flight.measured - outputs
     rms: dict[str, float | None] = {}
@@ -98,10 +98,10 @@ def respond(
     return Response(outputs, states, rms)
 
 
-def _is_zero(active: ActiveEffect) -> bool:
-    """Whether an effect is the zero of an instrument, which differs between flights."""
+def _is_bias(active: ActiveEffect) -> bool:
+    """Whether an effect is an instrument's bias, which differs between flights."""
     kind = KINDS.get(active.effect.kind)
-    return kind is not None and kind.is_zero
+    return kind is not None and kind.is_bias
 
 
 def simulate(
@@ -110,7 +110,7 @@ def simulate(
     state: NDArray[np.float64],
     effects: Sequence[ActiveEffect] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What the sensors record, (N, m), and the states, (N, n), of a flight with the manoeuvre's inputs.
+    """Recorded outputs, (N, m), and states, (N, n), of a simulation with the manoeuvre's inputs.
 
     Parameters
     ----------
@@ -127,13 +127,13 @@ def simulate(
         try:
             flight, _ = self_consistent(model, flight, model.values, state, effects, manoeuvre.ground)
         except OutOfRangeError:
-            return _left(model, flight)
+            return _out_of_range_response(model, flight)
     outputs, states = simulate_outputs(state, flight, np.array(model.values), model.table, model.constants)
     recorded(outputs, manoeuvre, effects)
     return outputs, states
 
 
-def _left(model: AerodynamicModel, flight: Flight) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _out_of_range_response(model: AerodynamicModel, flight: Flight) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Outputs (N, m) and states (N, n) of a simulation that left its range at once."""
     samples, axes = flight.time.size, model.axes
     return np.full((samples, len(axes.outputs)), np.nan), np.full((samples, len(axes.integrated)), np.nan)
@@ -142,37 +142,41 @@ def _left(model: AerodynamicModel, flight: Flight) -> tuple[NDArray[np.float64],
 def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
     """The completed model's effects as they act on a log that may not have been fitted.
 
-    Everything acts as it was found but a sudden change, which no channel announces: on a log where none was found it is
-    placed, with its size kept, at the moment where it fits that log best, or nowhere, like the initial state.
+    All effects act as estimated except a step change, which no channel shows: on a log where none was found its instant
+    is estimated on that log, with its size held, or it is left out, like the initial state.
     """
     own = tuple(active for active in completed.effects if active.acts_on(manoeuvre.name))
-    jumps = [active for active in completed.effects if is_sudden(active) and active.log != manoeuvre.name]
-    if not jumps or any(active.log == manoeuvre.name for active in completed.effects):
+    step_changes = [active for active in completed.effects if is_step_change(active) and active.log != manoeuvre.name]
+    if not step_changes or any(active.log == manoeuvre.name for active in completed.effects):
         return own
     time = manoeuvre.flight.time
     log = manoeuvre.name, float(time[0]), int(time.size)
     if log not in completed.placed:
-        completed.placed[log] = _placed(completed, manoeuvre, own, jumps)
+        completed.placed[log] = _with_fitted_instants(completed, manoeuvre, own, step_changes)
     return completed.placed[log]
 
 
-def _placed(
-    completed: Refinement, manoeuvre: Manoeuvre, own: tuple[ActiveEffect, ...], jumps: Sequence[ActiveEffect]
+def _with_fitted_instants(
+    completed: Refinement, manoeuvre: Manoeuvre, own: tuple[ActiveEffect, ...], step_changes: Sequence[ActiveEffect]
 ) -> tuple[ActiveEffect, ...]:
-    """The effects of a log with sudden changes where they fit it best, or without them."""
+    """The effects of a log with step changes at the instants of best fit, or without them."""
     time = manoeuvre.flight.time
-    shifts = [moment(active) - time[0] for active in jumps]
+    shifts = [instant_of(active) - time[0] for active in step_changes]
     span = float(np.ptp(time))
     likelihood = Likelihood(completed.model, (manoeuvre,), (), filtering=False)
     state = respond(completed.model, manoeuvre, completed.variance, effects=own).states[0]
     state = state if np.isfinite(state).all() else manoeuvre.first_state
 
     def misfit(start: float | None) -> float:
-        at = () if start is None else tuple(at_moment(a, time[0] + start, manoeuvre.name, interval) for a in jumps)
-        # Neighbouring moments hardly move the initial state: each step begins at the last one.
+        at = (
+            ()
+            if start is None
+            else tuple(at_instant(a, time[0] + start, manoeuvre.name, interval) for a in step_changes)
+        )
+        # Neighbouring instants hardly change the initial state: each step starts from the last one.
         nonlocal state
-        squares, state = _from_likeliest_state(likelihood, (*own, *at), completed.variance, state)
-        return squares
+        cost, state = _from_likeliest_state(likelihood, (*own, *at), completed.variance, state)
+        return cost
 
     interval = manoeuvre.interval
     grid: list[float | None] = [
@@ -185,7 +189,7 @@ def _placed(
         return own
     for reach in (span / 20.0, span / 200.0):
         best = min((best + reach * np.linspace(-1.0, 1.0, 9)).tolist(), key=misfit)
-    return (*own, *(at_moment(active, time[0] + best, manoeuvre.name, interval) for active in jumps))
+    return (*own, *(at_instant(active, time[0] + best, manoeuvre.name, interval) for active in step_changes))
 
 
 def _from_likeliest_state(
@@ -194,10 +198,10 @@ def _from_likeliest_state(
     variance: NDArray[np.float64],
     state: NDArray[np.float64],
 ) -> tuple[float, NDArray[np.float64]]:
-    """Squared errors over their variances of a flight from its likeliest initial state, and that state (n,).
+    """Sum of squared normalised errors of a flight from its maximum-likelihood initial state, and that state (n,).
 
-    One Gauss-Newton step from a `state` near it: to first order in the initial state, in which a flight is nearly
-    linear. Infinite where the simulation from there leaves its range.
+    One Gauss-Newton step from a `state` near it, as the response is nearly linear in the initial state. Infinite where
+    the simulation from there leaves its range.
     """
     point = likelihood.evaluate(likelihood.model.values, [state], [frozen(active) for active in effects], variance)
     if point is None:

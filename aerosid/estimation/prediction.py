@@ -1,9 +1,9 @@
 """One-step prediction with whitened innovations and their sensitivities: the filter-error recursion.
 
 One recursion serves three uses. With no noise on the inputs the gain is zero and the prediction is the open-loop
-simulation: its residuals are those of output error. With noise on a measured surface, or on a pseudo-input that
-stands for an unmodelled force, it is the discrete filter (9)-(12) and the residuals are innovations: filter error. The
-sensitivities pass through the same gains, which makes them the regressors of the score test for any candidate.
+simulation: its residuals are those of output error. With noise on a measured surface, or on a pseudo-input of an
+unmodelled force, it is the discrete filter (9)-(12) and the residuals are innovations: filter error. The sensitivities
+pass through the same gains and are therefore the regressors of the score test for any candidate.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from aerosid.flight_model.workspace import Workspace, make_workspace
 
 
 class Directions(NamedTuple):
-    """Perturbations whose effect on the outputs is wanted beside that of the terms and of the initial state.
+    """Perturbations to which the outputs' sensitivities are computed, as to the terms and the initial state.
 
     `inputs` (N, E, D) changes of the extra inputs, linear between samples; `outputs` (N, m, B) changes of the
     outputs themselves (a bias: ones in its channel).
@@ -35,7 +35,7 @@ class Directions(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """What passes from one stretch of a record to the next; changed in place.
+    """State of the recursion passed from one stretch of a record to the next; changed in place.
 
     `state` (n); `columns` (n, M) its sensitivities; `input_error` (E) and `input_columns` (E, M) of the last sample;
     `covariance` (n + E, n + E) of both.
@@ -60,7 +60,7 @@ def start_carry(state: NDArray[np.float64], flight: Flight, free: int, direction
 
 
 def no_directions(flight: Flight) -> Directions:
-    """`Directions` that hold none."""
+    """Empty `Directions`."""
     extra = flight.input_variance.size
     return Directions(np.zeros((flight.time.size, extra, 0)), np.zeros((*flight.measured.shape, 0)))
 
@@ -81,11 +81,11 @@ def predict_stretch(
     white: NDArray[np.float64],
     white_columns: NDArray[np.float64],
 ) -> tuple[bool, float]:
-    """Predict samples `start` to `stop` - 1; write results at rows 0 ... and move `carry` on to `stop`.
+    """Predict samples `start` to `stop` - 1; write results at rows 0 ... and advance `carry` to `stop`.
 
     Parameters
     ----------
-    parameters : (T,) values of all terms; `free` (F,) the indices of those whose sensitivities are wanted.
+    parameters : (T,) values of all terms; `free` (F,) the indices of those whose sensitivities are computed.
     variance : (m,) of the output noise of each sample, SI squared.
     predicted : (N, m) receives the outputs predicted from the samples before.
     white : (N, m) receives innovations over their standard deviation, NaN where nothing was measured.
@@ -108,7 +108,7 @@ def predict_stretch(
     states, extra = state_count(layout), flight.inputs.shape[1] - leading_columns(layout)
     work, step = make_workspace(extra, table, layout), make_step(extra, parameters.shape[0], layout)
     size, width = states + extra, carry.columns.shape[1]
-    room = Room(
+    room = SampleWorkspace(
         np.zeros(size), np.zeros(size), np.zeros(states), np.zeros(width), np.zeros((states, width)),
         np.zeros(flight.inputs.shape[1]), np.zeros((states, size)),
     )  # fmt: skip
@@ -118,8 +118,8 @@ def predict_stretch(
     )  # fmt: skip
 
 
-class Room(NamedTuple):
-    """Room to work for one sample of `predict_stretch`."""
+class SampleWorkspace(NamedTuple):
+    """Work arrays for one sample of `predict_stretch`."""
 
     gain: NDArray[np.float64]
     row: NDArray[np.float64]
@@ -147,7 +147,7 @@ def _predict(
     white_columns: NDArray[np.float64],
     work: Workspace,
     step: Step,
-    room: Room,
+    room: SampleWorkspace,
 ) -> tuple[bool, float]:
     """As `predict_stretch`, in work arrays that are given."""
     layout = constants.layout
@@ -202,7 +202,7 @@ def _predict(
                         sensitivity[first_input + c] += row[states + j] * directions.inputs[k, j, c]
             for c in range(first_output, width):
                 sensitivity[c] += directions.outputs[k, i, c - first_output]
-            spread = variance[i]
+            innovation_variance = variance[i]
             if filtering:
                 for a in range(size):
                     total = 0.0
@@ -210,19 +210,19 @@ def _predict(
                         total += cov[a, b] * row[b]
                     gain[a] = total
                 for a in range(size):
-                    spread += row[a] * gain[a]
+                    innovation_variance += row[a] * gain[a]
             innovation = flight.measured[k, i] - value
-            scale = 1.0 / np.sqrt(spread)
-            log_sum += np.log(spread)
+            scale = 1.0 / np.sqrt(innovation_variance)
+            log_sum += np.log(innovation_variance)
             white[k - start, i] = innovation * scale
             for c in range(width):
                 white_columns[k - start, i, c] = sensitivity[c] * scale
             if filtering:
                 for a in range(size):
-                    gain[a] /= spread
+                    gain[a] /= innovation_variance
                 for a in range(size):
                     for b in range(size):
-                        cov[a, b] -= gain[a] * gain[b] * spread
+                        cov[a, b] -= gain[a] * gain[b] * innovation_variance
                 for a in range(states):
                     moved[a] += gain[a] * innovation
                     for c in range(width):

@@ -1,4 +1,4 @@
-"""Settings of how a log becomes arrays: samples, averaging of the air, integration steps."""
+"""Settings of the preparation of a log: samples, averaging of the air data, integration steps."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ class PreparationSettings:
     Attributes
     ----------
     fewest : int
-        Samples of a channel from which on it is used.
+        Samples of a channel from which it is used.
     slow_air : float
         s; density and speed of sound, which are ratios of noisy channels, are averaged over this time.
     longest_angle : float
-        rad; by which the fastest motion may turn in one step: a fourth-order step then errs by 4e-6 of its rate.
+        rad; largest phase of the fastest motion in one step: the error of a fourth-order step is then 4e-6 of its rate.
     longest_substep : float
         s; of the integration, where the aircraft is slow or the declared model empty.
     shortest_substep : float
-        s; no aircraft turns faster than this resolves, but a wrong inertia in its file may say so.
+        s; shorter steps are never needed, except formally by a wrong inertia in the aircraft file.
     first : int
-        Samples whose mean is the first guess of where a motion begins.
+        Samples whose mean is the start value of the initial state.
     """
 
     fewest: int = 5

@@ -13,38 +13,38 @@ from aerosid.signals.fit_statistics import is_coloured, noise_memories
 
 
 def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """The channels whose residual is greater than their noise and coloured: there the model is still wrong.
+    """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
-    A sensor's own noise may be coloured too; `noise_memories` says how the two differ.
+    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two.
     """
     level = np.sqrt(refinement.variance)
-    wrong: dict[str, None] = {}
+    unexplained: dict[str, None] = {}
     for part in whiten(refinement, manoeuvres, columns=()):
         manoeuvre = manoeuvres[part.log]
-        greater: dict[int, float] = {}
+        ratios: dict[int, float] = {}
         for i in range(len(manoeuvre.axes.outputs)):
             residual = part.residual[np.isfinite(part.residual[:, i]), i]
             if residual.size < RESIDUAL_TESTS.fewest or manoeuvre.noise[i] == 0.0:
-                continue  # too few samples, or a reading that hangs between steps: its noise is not known
+                continue  # too few samples, or a quantised record that holds its last sample: its noise is not known
             ratio = float(np.sqrt(np.mean(residual**2))) * level[i] / manoeuvre.noise[i]
             if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual):
-                greater[i] = ratio
-        if not greater:
+                ratios[i] = ratio
+        if not ratios:
             continue
         memories = noise_memories(manoeuvre.flight.time, part.residual)
-        for i, ratio in greater.items():
-            if not ratio < RESIDUAL_TESTS.as_remembered * _understated(memories[i]):
-                wrong[manoeuvre.axes.outputs[i]] = None
-    return tuple(wrong)
+        for i, ratio in ratios.items():
+            if not ratio < RESIDUAL_TESTS.as_remembered * _noise_understatement(memories[i]):
+                unexplained[manoeuvre.axes.outputs[i]] = None
+    return tuple(unexplained)
 
 
-def _understated(memory: float) -> float:
-    """By how much noise that keeps `memory` of each sample exceeds what its second differences show; NaN of NaN."""
+def _noise_understatement(memory: float) -> float:
+    """Ratio of coloured noise of a `memory` per sample to its estimate from second differences; NaN of NaN."""
     return float(np.sqrt(3.0 / ((3.0 - memory) * (1.0 - memory)))) if memory < 1.0 else np.nan
 
 
 def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[tuple[str, str, float], ...]:
-    """Log, channel and memory of each sensor whose own noise is coloured: what one sample keeps of the last."""
+    """Log, channel and memory (correlation of successive samples) of each sensor whose own noise is coloured."""
     found = []
     for part in whiten(refinement, manoeuvres, columns=()):
         manoeuvre = manoeuvres[part.log]

@@ -1,8 +1,8 @@
-"""Score tests: the gain of hypotheses to first order at the present estimate, before any is fitted.
+"""Score tests: the first-order gain of hypotheses at the present estimate, before any is fitted.
 
-The score test asks what a candidate would gain in likelihood, from its sensitivities through the estimator and without
-fitting it. The corrected covariance counts that residuals of real flights are coloured: plain Cramer-Rao deviations
-are then several times too small.
+The score test predicts a candidate's gain in likelihood from its sensitivities through the estimator, without fitting
+it. The corrected covariance allows for the coloured residuals of real flights, for which the plain Cramer-Rao bounds
+are several times too small.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from aerosid.flight_model.aerodynamics import Entry
 
 @dataclass(frozen=True)
 class Score:
-    """What one hypothesis would bring.
+    """The score of one hypothesis.
 
     Attributes
     ----------
     hypothesis : Hypothesis
         The candidate.
     gain : float
-        Expected fall of -2 ln L at the present noise levels; chi-square with as many degrees of freedom as the
-        hypothesis has numbers where nothing is missing and residuals are white.
+        Predicted decrease of -2 ln L at the present noise levels; under the null hypothesis and with white residuals
+        chi-square with as many degrees of freedom as the hypothesis has parameters.
     start : tuple of float
-        The numbers that a single linear step gives it.
+        The parameters after a single linear step.
     independence : float
-        Share of the candidate's effect that what is there already cannot imitate, 0 to 1.
+        Orthogonalised over total sum of squares of the candidate's sensitivity, 0 to 1.
     trial : int
-        Which of its trial values that is the best of.
+        Index of the trial value of largest gain.
     """
 
     hypothesis: Hypothesis
@@ -54,7 +54,7 @@ class Score:
 def score_hypotheses(
     refinement: Refinement, manoeuvres: Sequence[Manoeuvre], hypotheses: Sequence[Hypothesis]
 ) -> tuple[Score, ...]:
-    """The hypotheses with the gain in likelihood that each alone would bring, greatest first.
+    """The hypotheses with the predicted gain in likelihood of each alone, greatest first.
 
     Parameters
     ----------
@@ -68,19 +68,19 @@ def score_hypotheses(
     Notes
     -----
     Rao's score test: with the whitened residual r, the present sensitivities A and the candidate's s, the part of s
-    that A cannot imitate is t = s - A (A'A)^-1 A's and the gain is r't (t't)^-1 t'r. A delay or a limit is not linear
-    in its number: its column is taken over the distance of each of its trial values, and the best one counts.
+    orthogonal to A is t = s - A (A'A)^-1 A's and the gain is r't (t't)^-1 t'r. The response to a delay or a limit is
+    nonlinear: its column is the difference quotient to each of its trial values, of which the largest gain counts.
     """
     return Linearised(refinement, manoeuvres, hypotheses).scores() if hypotheses else ()
 
 
 ROOM = 16_000_000
-"""Numerical: numbers that the sensitivities of hypotheses may fill at once; of a long record they are asked in
-several turns."""
+"""Numerical: size of the sensitivities of hypotheses held at once; for a long record they are computed in several
+batches."""
 
 
 class Linearised:
-    """An estimate's likelihood, to second order in its parameters and in those of hypotheses beside it.
+    """An estimate's likelihood, to second order in its parameters and in those of further hypotheses.
 
     Parameters
     ----------
@@ -89,9 +89,9 @@ class Linearised:
     manoeuvres : sequence of Manoeuvre
         Those of the estimate.
     hypotheses : sequence of Hypothesis
-        None of them in the model. Nothing is known of two of them together.
+        None of them in the model. The information between two of them is not computed.
     room : int
-        Numbers that sensitivities may fill at once.
+        Size of the sensitivities held at once.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class Linearised:
         return _part(self.point, np.concatenate([self.own[:free], added, self.own[free:]]))
 
     def without_terms(self, entries: Sequence[Entry]) -> Point:
-        """What the linearisation says of the likelihood where free terms are struck out; values as in `with_terms`."""
+        """The linearised likelihood with free terms removed; values as in `with_terms`."""
         struck = np.array([self.refinement.free.index(entry) for entry in entries], dtype=np.int64)
         change = np.zeros(self.normal.shape[0])
         change[struck] = [-self.refinement.model.value(entry) for entry in entries]
@@ -195,16 +195,16 @@ class Linearised:
         return _part(moved, np.setdiff1d(self.own, struck, assume_unique=True))
 
     def scores(self) -> tuple[Score, ...]:
-        """What each hypothesis alone would bring, greatest first."""
+        """The score of each hypothesis alone, greatest first."""
         return self._scores(_projection(self.normal, self.gradient, self.present))
 
     def in_place_of(
         self, entries: Sequence[Entry], effects: Sequence[ActiveEffect] = ()
     ) -> tuple[float, tuple[Score, ...]]:
-        """Rise of -2 ln L when free entries and effects are struck out, and what of it each hypothesis would win back.
+        """Rise of -2 ln L when free entries and effects are removed, and its recovery by each hypothesis.
 
-        Exact for a hypothesis that can stand in their place: the motion then hardly changes, however large each alone.
-        Of an effect that is far from linear in its number the order of the hypotheses is right, the rise is not.
+        Accurate for a hypothesis that can replace them, as the motion then hardly changes, however large each alone.
+        For an effect that is far from linear in its parameter only the ranking of the hypotheses is valid.
         """
         places = [self.refinement.free.index(entry) for entry in entries]
         changes = [-self.refinement.model.value(entry) for entry in entries]
@@ -236,8 +236,8 @@ class Linearised:
 
 
 class _Projection(NamedTuple):
-    """What takes the `present` parameters (P) out of others: their `scale`, the `inner` inverse of their scaled
-    information (P, P), and the scaled step `taken` (P,) that they would make; `gradient` (M,) of all.
+    """Projection on the `present` parameters (P), to orthogonalise others: their `scale`, the `inner` inverse of their
+    scaled information (P, P), and their own scaled step `taken` (P,); `gradient` (M,) of all.
     """
 
     present: NDArray[np.int64]
@@ -273,7 +273,7 @@ def _extended_point(
 
 
 def _insert(whole: Point, part: Point, places: NDArray[np.int64]) -> None:
-    """Put a batch into the likelihood in all parameters; products of the estimate's own stand in every batch."""
+    """Insert a batch into the likelihood in all parameters; products of the estimate's own are in every batch."""
     inside = places[:, None], places
     for known, found in zip(whole.normals, part.normals, strict=True):
         known[inside] = np.where(known[inside] != 0.0, known[inside], found)
@@ -295,7 +295,7 @@ def _part(point: Point, places: NDArray[np.int64]) -> Point:
 def _single_scores(
     places: NDArray[np.int64], normal: NDArray[np.float64], beside: _Projection
 ) -> list[tuple[float, tuple[float, ...], float]]:
-    """Gain, step and independence of every hypothesis of a single number, all at once."""
+    """Gain, step and independence of every hypothesis with a single parameter, vectorised."""
     cross = normal[np.ix_(beside.present, places)] / beside.scale[:, None]
     own = normal[places, places]
     left = own - np.sum(cross * (beside.inner @ cross), axis=0)
@@ -310,7 +310,7 @@ def _single_scores(
 def _joint_scores(
     places: NDArray[np.int64], normal: NDArray[np.float64], beside: _Projection
 ) -> list[tuple[float, tuple[float, ...], float]]:
-    """As `_single_scores`, of hypotheses of several numbers each, `places` (H, k)."""
+    """As `_single_scores`, of hypotheses with several parameters each, `places` (H, k)."""
     cross = normal[beside.present[:, None], places[:, None, :]] / beside.scale[:, None]
     own = normal[places[:, :, None], places[:, None, :]]
     left = own - cross.transpose(0, 2, 1) @ beside.inner @ cross

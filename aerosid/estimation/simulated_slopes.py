@@ -1,8 +1,8 @@
-"""Sensitivities by central differences of whole simulations: numbers of the aircraft's body and of the vane's place.
+"""Sensitivities by central differences of whole simulations: moments of inertia and the vane's position.
 
-What no input column carries, and no closed form gives from the simulated motion, as `lever_slopes` does where sensors
-of accelerations and sideslip sit. A moment of inertia moves the motion, and the difference errs by the square of its
-step.
+For parameters without an input column and without a closed form from the simulated motion, as `lever_slopes` has for
+positions of accelerometers and the sideslip vane. The motion depends on a moment of inertia; the error of the
+difference is of second order in its step.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def slopes_by_simulation(
     effects: Sequence[ActiveEffect],
     tested: Sequence[ActiveEffect] = (),
 ) -> dict[int, NDArray[np.float64]]:
-    """How the outputs (N, m), before the sensors' faults, move with each number of a body's or a position's effect.
+    """Sensitivities of the outputs (N, m), before the sensors' errors, to the parameters of body and position effects.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ def slopes_by_simulation(
     effects : sequence of ActiveEffect
         Those that act.
     tested : sequence of ActiveEffect
-        Those that do not, whose slopes are wanted as well.
+        Those that do not, whose sensitivities are computed as well.
 
     Returns
     -------
     dict of int to ndarray, shape (N, m)
-        The key is the number's place among those of all effects, acting ones first.
+        The key is the parameter's index among those of all effects, acting ones first.
 
     Raises
     ------
@@ -55,11 +55,11 @@ def slopes_by_simulation(
     found: dict[int, NDArray[np.float64]] = {}
     place = 0
     for n, active in enumerate((*effects, *tested)):
-        asked = isinstance(active.effect, PositionEffect | BodyEffect) and not has_closed_form(active)
-        if asked and active.acts_on(manoeuvre.name):
+        is_simulated = isinstance(active.effect, PositionEffect | BodyEffect) and not has_closed_form(active)
+        if is_simulated and active.acts_on(manoeuvre.name):
             others = [other for m, other in enumerate(effects) if m != n]
             for parameter, number in enumerate(active.effect.parameters[: active.slopes]):
-                sides = active.beside(parameter, number.step), active.beside(parameter, -number.step)
+                sides = active.perturbed(parameter, number.step), active.perturbed(parameter, -number.step)
                 upper, lower = (_outputs(model, manoeuvre, values, state, [*others, side]) for side in sides)
                 width = sides[0].values[parameter] - sides[1].values[parameter]
                 found[place + parameter] = (upper - lower) / width
@@ -74,7 +74,7 @@ def _outputs(
     state: NDArray[np.float64],
     effects: Sequence[ActiveEffect],
 ) -> NDArray[np.float64]:
-    """The outputs (N, m) of a simulation, before the faults of the sensors."""
+    """The outputs (N, m) of a simulation, before the sensors' errors."""
     model = acting_model(model, effects)
     flight, _ = acting_flight(model, manoeuvre, effects)
     if any(isinstance(active.effect, StateEffect) for active in effects):

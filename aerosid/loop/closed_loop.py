@@ -40,11 +40,11 @@ from aerosid.loop.unseen_sideslip import told_of_missing_chain
 from aerosid.loop.verdict import Verdict, judge, summarise, told_of_colour, told_of_decisions, told_of_refuted
 from aerosid.model_error.paper_chain import Chain
 from aerosid.search.attribution import Attribution
-from aerosid.search.confirmation import told_of_confirmed
-from aerosid.search.final_significance import told_of_fallen
-from aerosid.search.indistinguishable_terms import told_of_rivals
+from aerosid.search.confirmation import note_on_confirmed
+from aerosid.search.final_significance import note_on_eliminated
+from aerosid.search.indistinguishable_terms import note_on_indistinguishable_terms
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import told_of_unproven
+from aerosid.search.suggested_terms import note_on_suggested
 
 Told = Callable[[ClosedLoop], None]
 
@@ -150,7 +150,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     progress("simulating every log")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
     # A regression tells its own shares: it knows where the sensors are and in which band the motion is.
-    shares = {(row.log, row.coefficient): row for row in completed.shares}
+    shares = {(row.log, row.coefficient): row for row in completed.r_squared}
     measured = {(row.log, row.coefficient) for row in coefficients}
     progress("leaving each effect out")
     effects = effect_rows(completed, {}, *_gains(known))
@@ -306,10 +306,10 @@ def _notes(
         *identified.notes,
         *((identified.second_opinion.sentence,) if identified.second_opinion is not None else ()),
         *told_of_refuted(found.refuted, by_blocks=not others),
-        *told_of_rivals(identified.rivals),
-        *told_of_fallen(found, settings.attribution.final_deviations),
-        *told_of_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others], found.findings),
-        *told_of_unproven(found.unproven),
+        *note_on_indistinguishable_terms(identified.rivals),
+        *note_on_eliminated(found, settings.attribution.final_deviations),
+        *note_on_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others], found.findings),
+        *note_on_suggested(found.suggested),
         *told_of_colour(coloured_noise(found.completed, identified.manoeuvres)),
         *told_of_breakdown(judged.completion),
         *unlinearised,

@@ -12,7 +12,7 @@ import aerosid
 from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCompletion
 from aerosid.aircraft.completion_record import shortened
 from aerosid.effects import ActiveEffect
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.effects_in_flight import in_acting_order
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.kept_derivatives import Completion
@@ -107,8 +107,8 @@ def file_name(log: FlightLog) -> str:
 
 def _log_of(finding: Finding, effects: Sequence[ActiveEffect]) -> str:
     """The log that a sudden change belongs to; empty for what acts on all."""
-    own = (active for active in effects if active.name == (finding.kind, finding.where) and is_sudden(active))
-    return next((active.log for active in own if moment(active) == finding.time), "")
+    own = (active for active in effects if active.name == (finding.kind, finding.where) and is_step_change(active))
+    return next((active.log for active in own if instant_of(active) == finding.time), "")
 
 
 def _finite(value: float) -> float | None:

@@ -17,7 +17,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import KinematicConsistency, contradicting
 from aerosid.compiled.cores import begun
-from aerosid.effects.aerodynamic_terms import searched_numbers
+from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
@@ -31,7 +31,7 @@ from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
 from aerosid.model_error.paper_chain import Chain, run_chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
-from aerosid.search.indistinguishable_terms import CoefficientRival
+from aerosid.search.indistinguishable_terms import IndistinguishableTerm
 from aerosid.search.structure_search import StructureSearch
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Identification:
         Further logs, that touched no decision.
     declared_chain : callable or None
         Gives the paper's chain on the declared structure, of which nothing here is decided; None where it is not asked.
-    rivals : tuple of CoefficientRival
+    rivals : tuple of IndistinguishableTerm
         Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
     search : StructureSearch or None
         The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.
@@ -82,7 +82,7 @@ class Identification:
     validation: tuple[Manoeuvre, ...]
     agreement: KinematicConsistency | None
     found: Attribution | None
-    rivals: tuple[CoefficientRival, ...] = ()
+    rivals: tuple[IndistinguishableTerm, ...] = ()
     notes: tuple[str, ...] = ()
     asking: Callable[[], SecondOpinion] | None = field(default=None, repr=False, compare=False)
     decided_by: Method = "likelihood"
@@ -224,7 +224,7 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     aircraft, (log,), _ = at_own_loading(aircraft, [log], [])
     model, candidates = asked_of([log], [], aircraft)
     # The knots of a spline are taken from the whole record, which is not known on board.
-    candidates = tuple(entry for entry in candidates if not searched_numbers(entry[1]))
+    candidates = tuple(entry for entry in candidates if not searched_parameters(entry[1]))
     manoeuvre = prepare(with_declared_noise(log, aircraft.noise, aircraft.resolution), aircraft, model.columns)
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
     return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))

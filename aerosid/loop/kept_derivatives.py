@@ -13,7 +13,7 @@ from aerosid.errors import EstimationError
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.derivative_table import is_shown
 from aerosid.search.attribution import Attribution
-from aerosid.search.final_significance import distance_from_none
+from aerosid.search.final_significance import wald_ratio
 from aerosid.search.restricted_estimate import restricted_estimate
 from aerosid.search.structure_search import StructureSearch
 
@@ -119,7 +119,7 @@ def _beyond_named_effects(
 def _no_longer_standing(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:
     """The coefficients of named terms that stand by one estimate and no longer by another of the same structure."""
     before, after = (
-        {part.entry: distance_from_none(part) for part in search.parts(each.completed, each.completed_deviations)}
+        {part.entry: wald_ratio(part) for part in search.parts(each.completed, each.completed_deviations)}
         for each in (found, restricted)
     )
     asked = search.settings.final_deviations

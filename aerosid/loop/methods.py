@@ -27,14 +27,18 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import listed, number, si_unit, with_deviation
 from aerosid.search.attribution import Attribution, attribute
-from aerosid.search.calm_air import estimated_in_calm_air
+from aerosid.search.calm_air import output_error_in_calm_air
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
-from aerosid.search.final_significance import significant
+from aerosid.search.final_significance import eliminate_by_wald_test
 from aerosid.search.findings import named
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, with_rivals
-from aerosid.search.partial_correlation.attribution import attribute_by_model_error, told_of_unseen
+from aerosid.search.indistinguishable_terms import (
+    IndistinguishableTerm,
+    indistinguishable_terms,
+    with_indistinguishable_terms,
+)
+from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 
@@ -113,7 +117,7 @@ class Answer:
 
     found: Attribution
     search: StructureSearch
-    rivals: tuple[CoefficientRival, ...] = ()
+    rivals: tuple[IndistinguishableTerm, ...] = ()
     notes: tuple[str, ...] = ()
     deciding: Method = "likelihood"
     agreement: KinematicConsistency | None = None
@@ -218,7 +222,7 @@ def _by_equations(faults: InstrumentErrors, question: Question, settings: LoopSe
     if decision.damping is not None:
         notes = (*notes, told_of_damping(decision.damping))
     if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
-        found = estimated_in_calm_air(found, decision, search)
+        found = output_error_in_calm_air(found, decision, search)
     found = with_equivalent_causes(found, question.aircraft, question.manoeuvres)
     return Answer(found, search, notes=notes, deciding="equations", agreement=question.agreement(settings))
 
@@ -309,7 +313,7 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
         quiet = replace(settings.attribution, disturbances=False)
         found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others)
         search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
-        return Answer(significant(found, search), search, agreement=agreement)
+        return Answer(eliminate_by_wald_test(found, search), search, agreement=agreement)
     attribution = question.attribution(settings.attribution, closed=closed)
     found = attribute(
         before,
@@ -322,10 +326,15 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
         moving_air=agreement is not None and agreement.is_gusty,
     )
     search = StructureSearch(manoeuvres, hypotheses, question.aircraft.coefficients, before, attribution, declared)
-    found = significant(found, search)
+    found = eliminate_by_wald_test(found, search)
     found = with_equivalent_causes(found, question.aircraft, manoeuvres)
-    rivals = coefficient_rivals(found, manoeuvres, hypotheses)
-    return Answer(with_rivals(found, rivals, settings.attribution.reach), search, tuple(rivals), agreement=agreement)
+    rivals = indistinguishable_terms(found, manoeuvres, hypotheses)
+    return Answer(
+        with_indistinguishable_terms(found, rivals, settings.attribution.reach),
+        search,
+        tuple(rivals),
+        agreement=agreement,
+    )
 
 
 def by_model_error(
@@ -358,7 +367,7 @@ def by_model_error(
         settings.attribution,
         question.declared,
     )
-    notes = tuple(told_of_unseen(selection))
+    notes = tuple(note_on_unobservable(selection))
     return Answer(found, search, notes=notes, deciding="iebmee", agreement=question.agreement(settings))
 
 

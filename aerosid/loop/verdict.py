@@ -16,8 +16,8 @@ from aerosid.loop.model_validation.error_reduction import told_of_reduction
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import listed, with_deviation
 from aerosid.search.attribution import Attribution
+from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.findings import named
-from aerosid.search.refutation import cannot_follow
 
 
 class Verdict(Enum):
@@ -45,7 +45,7 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     if not found.findings and not is_excited(found, manoeuvres):
         return Verdict.NOT_EXCITED
     left = unexplained_channels(found.completed, manoeuvres) or any(
-        cannot_follow(found.completed, each) for each in validation
+        is_inadequate_on(found.completed, each) for each in validation
     )
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED

@@ -148,5 +148,5 @@ def _said(effect: Effect) -> str:
     if effect.kind not in KINDS:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
-    said = KINDS[effect.kind].said(effect.where, effect.value) + _along(effect)
+    said = KINDS[effect.kind].describe(effect.where, effect.value) + _along(effect)
     return said if effect.time is None else f"{said} at {effect.time:.2f} s"

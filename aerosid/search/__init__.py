@@ -1,1 +1,1 @@
-"""Structure selection by likelihood: what enters the model, what leaves it, and what could stand instead."""
+"""Structure determination by likelihood: stepwise selection, acceptance tests, indistinguishable alternatives."""

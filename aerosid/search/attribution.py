@@ -13,24 +13,24 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.coefficient_match import CoefficientRow
-from aerosid.search.backward_elimination import certain
+from aerosid.search.acceptance import accept
+from aerosid.search.backward_elimination import eliminate_on_final_estimate
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
-from aerosid.search.finding_rows import findings_of
-from aerosid.search.findings import Finding, each_once, labels, named
-from aerosid.search.gates import standing
-from aerosid.search.replacement import alternatives, exchange
+from aerosid.search.finding_evidence import findings_with_p_values
+from aerosid.search.findings import Finding, labels, named, unique_alternatives
+from aerosid.search.multi_start import multi_start_search
+from aerosid.search.replacement import alternatives_to_parts, replace_parts
 from aerosid.search.settings import AttributionSettings
-from aerosid.search.starts import searches
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import Unproven, unproven_terms
+from aerosid.search.suggested_terms import SuggestedTerm, suggested_terms
 
 USUAL = AttributionSettings()
-"""The settings of a loop unless told otherwise."""
+"""The default settings."""
 
 
 @dataclass(frozen=True)
 class Attribution:
-    """What is missing from the declared model.
+    """Result of a structure search: the effects missing from the declared model.
 
     Attributes
     ----------
@@ -43,26 +43,26 @@ class Attribution:
     findings : tuple of Finding
         Most certain first.
     alternatives : tuple of Finding
-        What could stand in place of a finding.
+        Indistinguishable from a finding in its place.
     rounds : tuple of tuple of Score
-        The score of every hypothesis in each round, before one of that round entered.
+        The scores of all candidates at the start of each round.
     refuted : tuple of (kind, where, term)
-        What the flights that were fitted showed and others refuted.
+        Found on the fitted flights and eliminated by cross-validation.
     filter_error : FilterError or None
-        The completed structure's terms among forces of any shape, where those say better what is left; then
-        `completed_deviations` are no smaller than theirs.
-    unproven : tuple of Unproven
-        Terms that stand out where something is left, and not far enough.
+        The filter-error estimate of the completed structure's terms with unmodelled forces, where those lower the
+        penalised cost; then `completed_deviations` are no smaller than its own.
+    suggested : tuple of SuggestedTerm
+        Near-significant terms, where the model is inadequate.
     confirmed : tuple of Confirmed
-        Those of them that flights which were not fitted show by themselves: they are among the findings.
-    fallen : tuple of Finding
-        What entered and whose final number does not stand: `final_significance`.
+        Those of them that an independent estimate on the validation flights confirms: they are among the findings.
+    eliminated : tuple of Finding
+        Findings that fail the Wald test of their final estimate: `final_significance`.
     regressed : bool
-        Whether the estimate is a regression's and no simulated flight's: what is held in it moves the other numbers by
-        their covariance, and no fit to a simulation comes after it.
-    again : callable or None
-        Of an estimate that keeps some numbers as they were measured: the same of a structure with fewer parts.
-    shares : tuple of CoefficientRow
+        Whether the estimate is from a regression (equation error) and not from a simulation: parameters fixed in it
+        change the others by their covariance, and no fit to a simulation follows.
+    re_estimator : callable or None
+        Where the estimate holds measured values fixed: the same estimator for a structure with fewer parts.
+    r_squared : tuple of CoefficientRow
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     """
 
@@ -74,16 +74,16 @@ class Attribution:
     rounds: tuple[tuple[Score, ...], ...]
     refuted: tuple[tuple[str, str, str], ...] = ()
     filter_error: FilterError | None = None
-    unproven: tuple[Unproven, ...] = ()
+    suggested: tuple[SuggestedTerm, ...] = ()
     confirmed: tuple[Confirmed, ...] = ()
-    fallen: tuple[Finding, ...] = ()
+    eliminated: tuple[Finding, ...] = ()
     regressed: bool = False
-    shares: tuple[CoefficientRow, ...] = ()
-    again: Callable[[Refinement], Refinement] | None = None
+    r_squared: tuple[CoefficientRow, ...] = ()
+    re_estimator: Callable[[Refinement], Refinement] | None = None
 
-    def estimated_anew(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
-        """A structure with fewer free parts, by the estimator that the numbers are from."""
-        return refine_on(start, manoeuvres) if self.again is None else self.again(start)
+    def re_estimated(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+        """The estimate of a structure with fewer parts, by the estimator that the values are from."""
+        return refine_on(start, manoeuvres) if self.re_estimator is None else self.re_estimator(start)
 
     @property
     def terms(self) -> tuple[Entry, ...]:
@@ -102,7 +102,7 @@ def attribute(
     *,
     moving_air: bool = False,
 ) -> Attribution:
-    """What the declared model lacks, among `hypotheses`, flow separation and disturbances.
+    """Structure search for the declared model's missing effects: `hypotheses`, flow separation, disturbances.
 
     Parameters
     ----------
@@ -111,40 +111,54 @@ def attribute(
     manoeuvres : sequence of Manoeuvre
         The identification flights, one joint estimate.
     hypotheses : sequence of Hypothesis
-        What may enter.
+        The candidates.
     coefficients : sequence of str
-        Coefficients that may change without a term; none: no sudden change and no flow separation is tried.
+        Coefficients that may change without a term; none: no step change and no flow separation is tried.
     given : AerodynamicModel, optional
-        The declared structure with its declared values: where a search begins again if what is missing is gross.
+        The declared structure with its declared values: start of a restarted search where the residual is gross.
     validation : sequence of Manoeuvre
-        Flights that are not fitted; what predicts them worse is not named.
+        Flights that are not fitted; a part that makes their prediction worse is eliminated.
     moving_air : bool
-        Whether the instruments show gusts by kinematics alone: what is missing is then looked for beside them at first.
+        Whether the instruments show gusts by kinematics alone: the first search is then made in their presence.
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    made = searches(search, before, validation, moving_air=moving_air)
-    accepted = standing(search, before, made, validation)
+    results = multi_start_search(search, before, validation, moving_air=moving_air)
+    accepted = accept(search, before, results, validation)
     completed, uncertainty, forces = accepted.completed, accepted.uncertainty, accepted.forces
     refuted = tuple(part.label for part in accepted.refuted)
-    unproven = unproven_terms(search, completed, refuted)
-    confirmed = confirmed_terms(search, completed, unproven, validation)
+    suggested = suggested_terms(search, completed, refuted)
+    confirmed = confirmed_terms(search, completed, suggested, validation)
     if confirmed:
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])
         uncertainty = deviations(completed, manoeuvres)
-        unproven = tuple(each for each in unproven if each not in [stands.suggested for stands in confirmed])
-    beside = filter_error(completed, forces, accepted.searched.estimate.variance, manoeuvres) if forces else None
-    uncertainty = widened(uncertainty, beside)
-    findings = findings_of(search, completed, uncertainty)
-    others = accepted.searched.others
+        suggested = tuple(each for each in suggested if each not in [term.suggested for term in confirmed])
+    with_forces = (
+        filter_error(completed, forces, accepted.search_result.estimate.variance, manoeuvres) if forces else None
+    )
+    uncertainty = widened(uncertainty, with_forces)
+    findings = findings_with_p_values(search, completed, uncertainty)
+    alternatives = accepted.search_result.alternatives
     if forces is not None and settings.instruments_compared:
-        # Those forces follow what a rival leaves in open loop, and may so tell apart what the motion alone cannot.
-        others = (*others, *alternatives(search, completed))
+        # Those forces follow the open-loop residual of an alternative, and may so distinguish it where the motion alone
+        # does not.
+        alternatives = (*alternatives, *alternatives_to_parts(search, completed))
     elif forces is not None:
-        completed, others = exchange(search, completed, alike=True)
-        completed, uncertainty = certain(search, refine_on(completed, manoeuvres))
-        uncertainty = widened(uncertainty, beside)
-        findings = findings_of(search, completed, uncertainty)
-    others = each_once(other for other in others if other.instead_of in {named(label) for label in labels(findings)})
+        completed, alternatives = replace_parts(search, completed, exclusive=True)
+        completed, uncertainty = eliminate_on_final_estimate(search, refine_on(completed, manoeuvres))
+        uncertainty = widened(uncertainty, with_forces)
+        findings = findings_with_p_values(search, completed, uncertainty)
+    alternatives = unique_alternatives(
+        other for other in alternatives if other.instead_of in {named(label) for label in labels(findings)}
+    )
     return Attribution(
-        before, completed, uncertainty, findings, others, made.plain.rounds, refuted, beside, unproven, confirmed
+        before,
+        completed,
+        uncertainty,
+        findings,
+        alternatives,
+        results.plain.rounds,
+        refuted,
+        with_forces,
+        suggested,
+        confirmed,
     )

@@ -6,63 +6,66 @@ from dataclasses import replace
 
 from scipy.special import chdtri
 
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.search.findings import Part
-from aerosid.search.structure_search import UNLIKE_THEIR_SCORE, StructureSearch
+from aerosid.search.structure_search import NONLINEAR_KINDS, StructureSearch
 
 
-def pruned(search: StructureSearch, current: Refinement) -> Refinement:
-    """The estimate without those added parts that corrected deviations cannot tell from its null value."""
-    while (reduced := without_the_weakest(search, current, search.rough_deviations(current))) is not None:
+def eliminate_insignificant(search: StructureSearch, current: Refinement) -> Refinement:
+    """The estimate without the added parts that are insignificant by their corrected standard deviations."""
+    while (reduced := without_least_significant(search, current, search.quick_deviations(current))) is not None:
         current = reduced
     return current
 
 
-def certain(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:
-    """The final estimate without what its thorough deviations leave in doubt, and those deviations."""
+def eliminate_on_final_estimate(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:
+    """The final estimate without the parts that are insignificant by its full standard deviations, and the latter."""
     while True:
         uncertainty = deviations(completed, search.manoeuvres)
-        reduced = without_the_weakest(search, completed, uncertainty)
+        reduced = without_least_significant(search, completed, uncertainty)
         if reduced is None:
             return completed, uncertainty
         completed = refine_on(reduced, search.manoeuvres)
 
 
-def without_the_weakest(search: StructureSearch, current: Refinement, uncertainty: Deviations) -> Refinement | None:
-    """The estimate without the part that is most in doubt; None where none is."""
+def without_least_significant(
+    search: StructureSearch, current: Refinement, uncertainty: Deviations
+) -> Refinement | None:
+    """The estimate without the least significant part; None where all parts are significant."""
     parts = [part for part in search.parts(current, uncertainty) if not part.is_disturbance]
     for part in sorted(parts, key=lambda part: part.ratio):
         if part.ratio >= search.critical:
             break
-        reduced = search.without(current, [part])
-        if not is_shown_as_a_whole(
-            search, part, reduced.cost - current.cost, inflation_of(search, current, uncertainty, {part.label})
+        reduced = search.re_estimated_without(current, [part])
+        if not is_jointly_significant(
+            search, part, reduced.cost - current.cost, variance_inflation(search, current, uncertainty, {part.label})
         ):
             return reduced
     return None
 
 
-def is_shown_as_a_whole(search: StructureSearch, part: Part, loss: float, inflation: float) -> bool:
-    """Whether an effect that one deviation cannot judge is shown by what striking it out costs.
+def is_jointly_significant(search: StructureSearch, part: Part, loss: float, inflation: float) -> bool:
+    """Likelihood ratio test of an effect with several or nonlinear parameters, which a single t-ratio cannot test.
 
-    The deviation of a gain counts that its reach is unknown, though without a gain there is no reach: where the two
-    go together, neither is certain and their effect is. And where an effect is far from linear, the likelihood
-    between none and its number is no parabola. Wilks' ratio, less what coloured residuals pretend, judges both.
+    The standard deviation of a gain allows for its unknown reach, though without a gain there is no reach: where the
+    two are correlated, neither is significant and the effect is. And where an effect is far from linear, the
+    log-likelihood between the null value and the estimate is no parabola. Wilks' likelihood ratio, divided by the
+    variance inflation of coloured residuals, tests both.
     """
-    if part.active is None or part.ratio == 0.0 or is_sudden(part.active):
+    if part.active is None or part.ratio == 0.0 or is_step_change(part.active):
         return False
     count = len(part.active.values)
-    if count < 2 and part.active.effect.kind not in UNLIKE_THEIR_SCORE:
+    if count < 2 and part.active.effect.kind not in NONLINEAR_KINDS:
         return False
     return loss / inflation > float(chdtri(count, search.settings.false_alarm / max(len(search.hypotheses), 1)))
 
 
-def inflation_of(
+def variance_inflation(
     search: StructureSearch, current: Refinement, uncertainty: Deviations, labels: set[tuple[str, str, str]]
 ) -> float:
-    """By how much coloured residuals widen the variance of some parts at most, at least 1."""
+    """Largest inflation of some parts' variances by coloured residuals, at least 1."""
     white = search.parts(current, replace(uncertainty, corrected=uncertainty.white, effects=uncertainty.effects_white))
     corrected = search.parts(current, uncertainty)
     ratios = [

@@ -1,10 +1,11 @@
 """Output-error estimate, in calm air, of the structure that the kinematic and coefficient equations show.
 
-Regressions take what is measured for the motion itself and lose a little by it; where no gust moves the aircraft the
-simulated motion is the better regressor (Klein & Morelli, Aircraft System Identification, section 6.4: equation error
-for the structure, output error for the numbers). Scales and timings that kinematics measure keep those numbers, which
-no error of the aerodynamic model moves, and so do zeros that the simulated motion does not determine; where a sensor
-sits the forces know better than kinematics, which see distances alone. Each record has constants of its own.
+Regressions use the measured motion as regressors, whose noise biases the estimate a little; where no gust moves the
+aircraft the simulated motion is the better regressor (Klein & Morelli, Aircraft System Identification, section 6.4:
+equation error for the structure, output error for the parameters). Scale factors and time delays that kinematics
+measure keep those values, which no error of the aerodynamic model affects, and so do biases that the simulated motion
+does not determine; sensor positions are estimated better from the forces than from kinematics, which show distances
+alone. Each record has constants of its own.
 """
 
 from __future__ import annotations
@@ -26,20 +27,22 @@ from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
-from aerosid.estimation.sent_fit import SentFit
+from aerosid.estimation.transferred_fit import TransferredFit
 from aerosid.flight_model.aerodynamics import CONSTANT
 from aerosid.search.attribution import Attribution
 from aerosid.search.equation_error_attribution import with_initial_states
-from aerosid.search.final_significance import distance_from_none
+from aerosid.search.final_significance import wald_ratio
 from aerosid.search.findings import Finding, Part
 from aerosid.search.structure_search import StructureSearch
 
 Measured = Mapping[ActiveEffect, NDArray[np.float64]]
-"""Effects whose numbers an estimate keeps, with the deviations (K,) of those numbers."""
+"""Effects whose values an estimate holds fixed, with the standard deviations (K,) of those values."""
 
 
-def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, search: StructureSearch) -> Attribution:
-    """The attribution with the numbers of a simulated flight in place of the regression's.
+def output_error_in_calm_air(
+    found: Attribution, decision: EquationErrorDecision, search: StructureSearch
+) -> Attribution:
+    """The attribution with output-error estimates in place of the regression's.
 
     Raises
     ------
@@ -47,26 +50,28 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
         Where it cannot be simulated over the whole record.
     """
     plain = _with_record_constants(found.before, found.before.effects, {}, search.manoeuvres)
-    declared_fit = begun(partial(_sent, plain, search.manoeuvres))
-    seen = _measured(decision)
-    measured = {active: errors for active, errors in seen.items() if not KINDS[active.effect.kind].is_zero}
-    own = {active.name: active for active in seen}
-    effects = tuple(own.get(active.name, active) for active in decision.completed.point.effects)
+    declared_fit = begun(partial(_transferable_fit, plain, search.manoeuvres))
+    measured_by_kinematics = _measured(decision)
+    measured = {
+        active: errors for active, errors in measured_by_kinematics.items() if not KINDS[active.effect.kind].is_bias
+    }
+    by_name = {active.name: active for active in measured_by_kinematics}
+    effects = tuple(by_name.get(active.name, active) for active in decision.completed.point.effects)
     start, completed, uncertainty = found.completed, found.completed, found.completed_deviations
     while True:
         completed, uncertainty = _estimated(start, effects, measured, search.manoeuvres)
         parts = search.parts(completed, uncertainty)
-        weak = [part for part in parts if distance_from_none(part) < search.settings.final_deviations]
+        weak = [part for part in parts if wald_ratio(part) < search.settings.final_deviations]
         if not weak:
             break
-        gone = min(weak, key=distance_from_none)
-        zero = own.get(gone.label[:2])
+        eliminated = min(weak, key=wald_ratio)
+        zero = by_name.get(eliminated.label[:2])
         if zero is not None and zero not in measured:
-            measured |= {zero: seen[zero]}
+            measured |= {zero: measured_by_kinematics[zero]}
             continue
-        effects = without_moved(effects, completed.effects, gone)
-        start = search.struck_out(replace(completed, effects=effects), [gone])
-    before, _ = _as_told(plain, declared_fit(), found.before.effects, {}, search.manoeuvres)
+        effects = without_eliminated(effects, completed.effects, eliminated)
+        start = search.reduced_structure(replace(completed, effects=effects), [eliminated])
+    before, _ = _with_measured_values_held(plain, declared_fit(), found.before.effects, {}, search.manoeuvres)
     by_label = {part.label: part for part in parts}
     findings = [row for row in found.findings if (row.kind, row.where, row.term) in by_label]
     return replace(
@@ -75,30 +80,30 @@ def estimated_in_calm_air(found: Attribution, decision: EquationErrorDecision, s
         completed=completed,
         completed_deviations=uncertainty,
         findings=tuple(_with_numbers(row, by_label[row.kind, row.where, row.term], decision) for row in findings),
-        fallen=tuple(row for row in found.findings if row not in findings),
+        eliminated=tuple(row for row in found.findings if row not in findings),
         regressed=False,
-        again=partial(_estimated_again, measured=measured, manoeuvres=search.manoeuvres),
+        re_estimator=partial(_re_estimated, measured=measured, manoeuvres=search.manoeuvres),
     )
 
 
-def without_moved(
-    effects: Sequence[ActiveEffect], estimated: Sequence[ActiveEffect], gone: Part
+def without_eliminated(
+    effects: Sequence[ActiveEffect], estimated: Sequence[ActiveEffect], eliminated: Part
 ) -> tuple[ActiveEffect, ...]:
-    """The effects that an estimate began from, without the one that became a part; its numbers and moment have moved.
+    """The effects that an estimate started from, without the eliminated one, whose values and instant have changed.
 
-    `estimated`: in the same order, constants of single records after them.
+    `estimated`: in the same order, followed by the constants of single records.
     """
-    return tuple(active for active, moved in zip(effects, estimated, strict=False) if moved != gone.active)
+    return tuple(active for active, moved in zip(effects, estimated, strict=False) if moved != eliminated.active)
 
 
-def _estimated_again(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
-    """The estimate of a structure that an earlier one gave, the constants of its records free again."""
+def _re_estimated(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+    """The estimate of a reduced structure, the constants of its records free again."""
     effects = [active for active in start.effects if active.effect.kind in KINDS]
     return _estimated(start, effects, measured, manoeuvres)[0]
 
 
 def _measured(decision: EquationErrorDecision) -> Measured:
-    """The numbers that kinematics measure, from the identification recordings alone."""
+    """The values that kinematics measure, from the identification records alone."""
     design = decision.kinematic_estimate.design
     deviation = np.sqrt(np.diag(corrected_covariance(design, decision.kinematic_estimate.solution)))
     return {
@@ -111,46 +116,46 @@ def _measured(decision: EquationErrorDecision) -> Measured:
 def _estimated(
     start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
 ) -> tuple[Refinement, Deviations]:
-    """The likeliest numbers beside those that were measured, constants of each record among them.
+    """Maximum-likelihood estimate with measured values held and constants of each record free.
 
-    The constants of single records, and what was measured, are no longer free in the result; its deviations hold those
-    of the measured ones.
+    In the result neither the constants of single records nor the measured values are free; its standard deviations
+    contain those of the measured values.
     """
-    wider = _with_record_constants(start, effects, measured, manoeuvres)
-    return _as_told(wider, _sent(wider, manoeuvres), effects, measured, manoeuvres)
+    extended = _with_record_constants(start, effects, measured, manoeuvres)
+    return _with_measured_values_held(extended, _transferable_fit(extended, manoeuvres), effects, measured, manoeuvres)
 
 
 def _with_record_constants(
     start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
 ) -> Refinement:
-    """Where an estimate begins: what was measured held, the constants of each record but the first free."""
-    own = [
+    """Start of an estimate: measured values held, the constants of each record but the first free."""
+    by_name = [
         ActiveEffect(record_constant(coefficient), (0.0,), manoeuvre.name)
         for manoeuvre in manoeuvres[1:]
         for coefficient, term in start.model.entries
         if term == CONSTANT
     ]
     acting = [frozen(active) if active in measured else active for active in effects]
-    return replace(start, model=with_columns_of(start.model, own), effects=(*acting, *own))
+    return replace(start, model=with_columns_of(start.model, by_name), effects=(*acting, *by_name))
 
 
-def _sent(wider: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[SentFit, Deviations]:
-    """The likeliest numbers with their deviations, as they go from core to core."""
-    found = refine_on(wider, manoeuvres)
-    return SentFit.of(found), deviations(found, manoeuvres)
+def _transferable_fit(extended: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[TransferredFit, Deviations]:
+    """The maximum-likelihood estimate with its standard deviations, in a form to transfer between processes."""
+    found = refine_on(extended, manoeuvres)
+    return TransferredFit.of(found), deviations(found, manoeuvres)
 
 
-def _as_told(
-    wider: Refinement,
-    fit: tuple[SentFit, Deviations],
+def _with_measured_values_held(
+    extended: Refinement,
+    fit: tuple[TransferredFit, Deviations],
     effects: Sequence[ActiveEffect],
     measured: Measured,
     manoeuvres: Sequence[Manoeuvre],
 ) -> tuple[Refinement, Deviations]:
-    """An estimate that began at `wider` with the constants of single records and what was measured held."""
-    sent, uncertainty = fit
-    found = sent.refinement(wider.model, wider.free, wider.effects)
-    told: list[ActiveEffect] = []
+    """An estimate that started at `extended`, with the constants of single records and the measured values held."""
+    transferred, uncertainty = fit
+    found = transferred.refinement(extended.model, extended.free, extended.effects)
+    effects_of_result: list[ActiveEffect] = []
     corrected: list[NDArray[np.float64]] = []
     white: list[NDArray[np.float64]] = []
     first = 0
@@ -158,13 +163,13 @@ def _as_told(
         here = slice(first, first + active.slopes)
         first += active.slopes
         if i >= len(effects):
-            told.append(frozen(active))
+            effects_of_result.append(frozen(active))
         elif effects[i] in measured:
-            told.append(effects[i])
+            effects_of_result.append(effects[i])
             corrected.append(measured[effects[i]])
             white.append(measured[effects[i]])
         else:
-            told.append(active)
+            effects_of_result.append(active)
             corrected.append(uncertainty.effects[here])
             white.append(uncertainty.effects_white[here])
     uncertainty = replace(
@@ -172,11 +177,11 @@ def _as_told(
         effects=np.concatenate([np.zeros(0), *corrected]),
         effects_white=np.concatenate([np.zeros(0), *white]),
     )
-    return with_initial_states(found.model, found.free, told, manoeuvres), uncertainty
+    return with_initial_states(found.model, found.free, effects_of_result, manoeuvres), uncertainty
 
 
 def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> Finding:
-    """A finding with the numbers of the part that it became."""
+    """A finding with the values of the part that it became."""
     return replace(
         row,
         value=part.value,

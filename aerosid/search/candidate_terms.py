@@ -1,4 +1,4 @@
-"""Candidate terms: the aircraft file's own and those of the library that the flights can show."""
+"""Candidate terms: the aircraft file's own and those of the library that the flights excite."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ TERM_FAMILIES: tuple[Callable[[Sequence[FlightLog], str, Axes], Iterable[Term]],
     splines,
     logged_channels,
 )
-"""Each gives the terms of one coefficient that the logs can show; a family is one function and one line here."""
+"""Each returns the terms of one coefficient that the logs excite; a family is one function and one line here."""
 
 
 def candidate_entries(aircraft: Aircraft, logs: Sequence[FlightLog]) -> tuple[Entry, ...]:
-    """Every candidate in every coefficient that the aircraft file uses, without what it declares already.
+    """Every candidate in every coefficient that the aircraft file uses, without its declared terms.
 
     The aircraft's own candidates come first. A term that the file declares as fixed is no candidate either.
 

@@ -1,4 +1,4 @@
-"""Confirmation on validation flights of terms that the fitted flights only suggest."""
+"""Confirmation of suggested terms by an independent estimate on validation flights."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
@@ -18,38 +18,38 @@ from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.coefficient_match import explained_shares
 from aerosid.notation import number, with_deviation
-from aerosid.search.disturbance_search import in_forces
+from aerosid.search.disturbance_search import with_unmodelled_forces
 from aerosid.search.findings import Finding
 from aerosid.search.settings import SuggestionSettings
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import Unproven, reason
+from aerosid.search.suggested_terms import SuggestedTerm, reason
 
-OWN_NUMBERS = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
-"""Where the search among forces begins: a tenth of a deviation moves nothing."""
+VALIDATION_ESTIMATE = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+"""Start of the fit with unmodelled forces: a tenth of a standard deviation is accurate enough."""
 
 
 USUAL = SuggestionSettings()
-"""The settings of a loop unless told otherwise."""
+"""The default settings."""
 
 BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
-"""Where a coefficient along the wind shows most in those that are measured."""
+"""The measured body-axis coefficient nearest to each wind-axis coefficient."""
 
 
 @dataclass(frozen=True)
 class Confirmed:
-    """A term that was suggested, and its number from flights that were not fitted, by themselves.
+    """A suggested term with its independent estimate from the validation flights.
 
     Attributes
     ----------
-    suggested : Unproven
-        What the fitted flights say of it.
+    suggested : SuggestedTerm
+        The estimate from the fitted flights.
     value, std_error : float
-        From the others alone, among forces of any shape.
+        From the validation flights alone, in the presence of unmodelled forces.
     p_value : float
-        Of the others' saying so by chance; counts how many terms they were asked about.
+        Of the validation estimate under the null hypothesis, times the number of terms tested (Bonferroni).
     """
 
-    suggested: Unproven
+    suggested: SuggestedTerm
     value: float
     std_error: float
     p_value: float
@@ -61,101 +61,111 @@ class Confirmed:
 
 
 def confirmed_terms(
-    search: StructureSearch, completed: Refinement, suggested: Sequence[Unproven], validation: Sequence[Manoeuvre]
+    search: StructureSearch, completed: Refinement, suggested: Sequence[SuggestedTerm], validation: Sequence[Manoeuvre]
 ) -> tuple[Confirmed, ...]:
-    """The suggested terms that other flights show too.
+    """The suggested terms that the validation flights confirm.
 
     Notes
     -----
-    Those flights are asked about few terms, not about all that may enter, so that fewer deviations leave no doubt.
-    A term stands where its number from them alone, every coefficient off by forces of any shape, has the sign that was
-    suggested and is that far from zero, and where the number of the fitted flights explains the coefficient that they
-    measured better than none. That is asked of the coefficient and not of the motion, which what else is missing moves.
+    Only the suggested terms are tested on these flights, not all candidates, so that the critical t-ratio is lower. A
+    term is confirmed where its estimate from them alone, with unmodelled forces in every coefficient, has the suggested
+    sign and exceeds the critical ratio, and where the value from the fitted flights explains more of the coefficient
+    measured on them than no term does. The coefficient is compared and not the motion, which other model errors affect.
     """
     if not validation:
         return ()
-    asked = float(-ndtri(search.settings.confirmed / max(len(suggested), 1)))
+    critical_ratio = float(-ndtri(search.settings.confirmed / max(len(suggested), 1)))
     found = []
     for each in suggested:
         try:
-            value, error = _on_its_own(search, completed, each, validation, asked)
+            value, error = _estimate_on_validation(search, completed, each, validation, critical_ratio)
         except EstimationError:
             continue
         ratio = np.sign(each.finding.value) * value / error
-        if ratio > asked and _predicts(search, completed, each, validation):
+        if ratio > critical_ratio and _explains_validation_coefficient(search, completed, each, validation):
             p_value = float(min(1.0, ndtr(-ratio) * len(suggested)))
             found.append(Confirmed(each, value, error, p_value))
     return tuple(found)
 
 
 def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequence[Entry]) -> Refinement:
-    """The estimate with some terms beside what it holds."""
+    """The estimate with some terms added."""
     return refine_on(completed.with_terms(entries), search.manoeuvres)
 
 
-def told_of_confirmed(
+def note_on_confirmed(
     confirmed: Sequence[Confirmed],
     flights: Sequence[str],
     findings: Sequence[Finding] = (),
     settings: SuggestionSettings = USUAL,
 ) -> list[str]:
-    """A sentence for each, for the notes: the number that is named, and the other flights' own.
+    """One sentence per confirmed term, for the notes: the final value, and the validation flights' own estimate.
 
     Parameters
     ----------
     flights : sequence of str
-        Names of the flights that were asked.
+        Names of the validation flights.
     findings : sequence of Finding
-        What is named, with its final numbers.
+        The findings with their final values.
     settings : SuggestionSettings
-        From how many standard errors on two numbers are told to differ.
+        `apart`: standard errors from which the difference of the two values is reported.
     """
     final = {finding.entry: finding for finding in findings}
     sentences = []
     for each in confirmed:
-        named = final.get(each.entry, each.suggested.finding)
-        apart = abs(named.value - each.value) / float(np.hypot(named.std_error, each.std_error))
-        size = f" The two numbers are {number(apart)} standard errors apart." if apart > settings.apart else ""
+        finding = final.get(each.entry, each.suggested.finding)
+        difference = abs(finding.value - each.value) / float(np.hypot(finding.std_error, each.std_error))
+        comparison = (
+            f" The two values differ by {number(difference)} standard errors." if difference > settings.apart else ""
+        )
         sentences.append(
-            f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(named.value, named.std_error)} "
-            f"is not proven by what was fitted ({reason(each.suggested, named)}), but what was not "
-            f"({' and '.join(flights)}) shows it by itself too, with the same sign: "
-            f"{with_deviation(each.value, each.std_error)}. The errors there had a part in naming it.{size}"
+            f"Confirmed: {each.entry[0]} {each.entry[1]} = {with_deviation(finding.value, finding.std_error)} "
+            f"is not significant on the fitted flights ({reason(each.suggested, finding)}), but the validation flights "
+            f"({' and '.join(flights)}) confirm it by an independent estimate of the same sign: "
+            f"{with_deviation(each.value, each.std_error)}. So they took part in the selection.{comparison}"
         )
     return sentences
 
 
-def _on_its_own(
-    search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre], asked: float
+def _estimate_on_validation(
+    search: StructureSearch,
+    completed: Refinement,
+    each: SuggestedTerm,
+    validation: Sequence[Manoeuvre],
+    critical_ratio: float,
 ) -> tuple[float, float]:
-    """The term's number from other flights alone and its deviation; infinite where a first look is enough to refuse."""
+    """The term's validation estimate and its standard deviation; infinite where white residuals already reject it."""
     fuller = completed.with_terms([each.entry])
     own = refine(
         fuller.model,
         validation,
         fuller.free,
-        effects=[active for active in completed.effects if not is_sudden(active)],
+        effects=[active for active in completed.effects if not is_step_change(active)],
         variance=completed.variance,
-        settings=OWN_NUMBERS,
+        settings=VALIDATION_ESTIMATE,
     )
     place = own.free.index(each.entry)
     value, white = own.model.value(each.entry), float(np.sqrt(own.covariance[place, place]))
-    if np.sign(each.finding.value) * value < asked * white:
-        return 0.0, np.inf  # white residuals are the most that could be hoped for
-    other = StructureSearch(tuple(validation), search.hypotheses, search.stepping, own, search.settings, search.given)
-    forced = in_forces(other, own) if search.stepping else own
+    if np.sign(each.finding.value) * value < critical_ratio * white:
+        return 0.0, np.inf  # coloured residuals can only increase the standard deviation
+    other = StructureSearch(
+        tuple(validation), search.hypotheses, search.step_coefficients, own, search.settings, search.declared_values
+    )
+    forced = with_unmodelled_forces(other, own) if search.step_coefficients else own
     uncertainty = deviations(forced, validation)
     return forced.model.value(each.entry), float(max(uncertainty.corrected[place], uncertainty.white[place]))
 
 
-def _predicts(search: StructureSearch, completed: Refinement, each: Unproven, validation: Sequence[Manoeuvre]) -> bool:
-    """Whether the number of the fitted flights explains more of the coefficient that the others measured."""
+def _explains_validation_coefficient(
+    search: StructureSearch, completed: Refinement, each: SuggestedTerm, validation: Sequence[Manoeuvre]
+) -> bool:
+    """Whether the value from the fitted flights explains more of the coefficient measured on the validation flights."""
     fuller = with_confirmed(search, completed, [each.entry])
-    place = BODY_AXES.get(each.entry[0], each.entry[0])
-    left = []
+    coefficient = BODY_AXES.get(each.entry[0], each.entry[0])
+    unexplained = []
     for manoeuvre in validation:
         pair = [(at.model, on_log(at, manoeuvre)) for at in (completed, fuller)]
-        rows = [row for row in explained_shares(pair[0], pair[1], manoeuvre) if row.coefficient == place]
-        left += [(1.0 - row.r2_before, 1.0 - row.r2_after) for row in rows]
-    without, beside = np.sum(left, axis=0) if left else (0.0, 0.0)
-    return bool(beside < search.settings.suggestion.less * without)
+        rows = [row for row in explained_shares(pair[0], pair[1], manoeuvre) if row.coefficient == coefficient]
+        unexplained += [(1.0 - row.r2_before, 1.0 - row.r2_after) for row in rows]
+    without, with_term = np.sum(unexplained, axis=0) if unexplained else (0.0, 0.0)
+    return bool(with_term < search.settings.suggestion.less * without)

@@ -1,7 +1,7 @@
-"""Attribution from the equation-error decision: its own estimate stands, and simulation is a prediction only.
+"""Attribution from the equation-error decision with its own estimate; the simulation is a prediction only.
 
-In air that moves an open-loop simulation follows no flight: its residuals are the air's, and derivatives fitted to them
-are off by several of their deviations.
+In turbulence an open-loop simulation does not follow the flight: its residuals are those of the air, and derivatives
+fitted to them are wrong by several standard deviations.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.alternatives import Alternative
@@ -35,12 +35,12 @@ from aerosid.search.findings import Finding, named
 Array = NDArray[np.float64]
 
 STATES_ALONE = RefinementSettings(steps=20, step_tolerance=0.03, variance_tolerance=0.02, cost_tolerance=0.1)
-"""With the derivatives held, initial states and noise are a short way."""
+"""With the derivatives held, the estimate of initial states and noise converges in few steps."""
 
 
 @dataclass(frozen=True)
-class _Stands:
-    """An estimate with its deviations, those of the effects by their place among the point's effects."""
+class _SimulatedEstimate:
+    """An estimate with its standard deviations, those of the effects in the order of the point's effects."""
 
     refinement: Refinement
     uncertainty: Deviations
@@ -52,7 +52,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     Parameters
     ----------
     decision : EquationErrorDecision
-        What the equations show.
+        The result of the equation-error method.
     manoeuvres : sequence of Manoeuvre
         The identification flights.
 
@@ -61,20 +61,20 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     EstimationError
         Where neither the declared nor the completed model can be simulated from any initial state.
     """
-    stands = _of_equations(decision.completed, decision.covariance, manoeuvres)
+    simulated = _of_equations(decision.completed, decision.covariance, manoeuvres)
     declared = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
-    findings = [_finding(row, decision, stands) for row in decision.findings]
+    findings = [_finding(row, decision, simulated) for row in decision.findings]
     findings.extend(_gust(seen) for seen in decision.turbulence)
     return Attribution(
         declared,
-        stands.refinement,
-        stands.uncertainty,
+        simulated.refinement,
+        simulated.uncertainty,
         tuple(findings),
         tuple(_alternative(row, decision.hypothesis_count) for row in decision.alternatives),
         (),
         decision.refuted,
         regressed=True,
-        shares=tuple(
+        r_squared=tuple(
             CoefficientRow(after.coefficient, after.recording, before.r2, after.r2)
             for before, after in decision.coefficient_fits
         ),
@@ -82,15 +82,15 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
 
 
 def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
-    """The effects as the likelihood takes them: a sensor's place is given to it."""
+    """The effects as the likelihood takes them: sensor positions held."""
     return tuple(frozen(active) if isinstance(active.effect, PositionEffect) else active for active in effects)
 
 
-def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoeuvre]) -> _Stands:
+def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoeuvre]) -> _SimulatedEstimate:
     """The regression's estimate with the initial states and noise that its simulation needs."""
     point = found.point
     refinement = with_initial_states(point.model, point.free, _simulated(point.effects), manoeuvres, point.effects)
-    return _Stands(refinement, _deviations(found, covariance, refinement))
+    return _SimulatedEstimate(refinement, _deviations(found, covariance, refinement))
 
 
 def with_initial_states(
@@ -100,16 +100,16 @@ def with_initial_states(
     manoeuvres: Sequence[Manoeuvre],
     acting: Sequence[ActiveEffect] | None = None,
 ) -> Refinement:
-    """A model of given numbers with the initial states and the noise that its simulation needs.
+    """A model of given parameter values with the initial states and the noise that its simulation needs.
 
     Parameters
     ----------
     free : sequence of Entry
-        Which of its terms are told as estimated.
+        Which of its terms are reported as estimated.
     effects : sequence of ActiveEffect
         As the likelihood takes them.
     acting : sequence of ActiveEffect, optional
-        Those that act while the states are found, where others.
+        Those that act while the states are estimated, where they differ.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def with_initial_states(
     at = likelihood.evaluate(model.values, fitted.states, tuple(effects), fitted.variance)
     if at is None:
         raise EstimationError(
-            "the model that the equations show cannot be simulated over the whole record; shorten it with --from and "
+            "the model found by equation error cannot be simulated over the whole record; shorten it with --from and "
             "--to."
         )
     return Refinement(
@@ -140,7 +140,7 @@ def with_initial_states(
 
 
 def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> Deviations:
-    """The regression's deviations of the free entries and of the effects' numbers."""
+    """The regression's standard deviations of the free entries and of the effects' parameters."""
     unknowns = found.design.unknowns
     rows = np.zeros((len(refinement.free), len(unknowns)))
     for n, entry in enumerate(refinement.free):
@@ -172,24 +172,24 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
     )
 
 
-def _finding(row: EffectEstimate, decision: EquationErrorDecision, stands: _Stands) -> Finding:
-    """A finding with the numbers of the estimate that stands."""
+def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _SimulatedEstimate) -> Finding:
+    """A finding with the values of the final estimate."""
     kind, where, term = row.hypothesis.label
     entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
     values: tuple[float, ...] = (row.value,)
     errors, ratio = row.std_errors, row.ratio
     active = row.active
     if entry is not None:
-        place = stands.refinement.free.index(entry)
-        values = (stands.refinement.model.value(entry),)
-        errors = (float(stands.uncertainty.corrected[place]),)
+        place = simulated.refinement.free.index(entry)
+        values = (simulated.refinement.model.value(entry),)
+        errors = (float(simulated.uncertainty.corrected[place]),)
         ratio = abs(values[0]) / errors[0] if errors[0] > 0.0 else np.inf
     elif active is not None and not isinstance(active.effect, PositionEffect):
         place = decision.completed.point.effects.index(active)
-        first = sum(len(each.values) for each in stands.refinement.effects[:place])
-        active = stands.refinement.effects[place]
+        first = sum(len(each.values) for each in simulated.refinement.effects[:place])
+        active = simulated.refinement.effects[place]
         values = active.values
-        errors = tuple(float(e) for e in stands.uncertainty.effects[first : first + len(values)])
+        errors = tuple(float(e) for e in simulated.uncertainty.effects[first : first + len(values)])
     elif active is not None:
         values = active.values
     return Finding(
@@ -200,7 +200,7 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, stands: _Stan
         value=values[0],
         std_error=errors[0],
         unit=active.effect.parameters[0].unit if active is not None else "1",
-        time=moment(active) if active is not None and is_sudden(active) else None,
+        time=instant_of(active) if active is not None and is_step_change(active) else None,
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
@@ -210,13 +210,13 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, stands: _Stan
 
 
 def _axes(active: ActiveEffect | None) -> str:
-    """The body axes of a place; none of any other effect."""
+    """The body axes of a sensor position; empty for any other effect."""
     return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
 def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
-    """Name, value, deviation and unit of each number of an effect that has several; a jump's moment is apart."""
-    if active is None or len(active.values) < 2 or is_sudden(active):
+    """Name, value, standard error and unit of each parameter of an effect with several; not of a step's instant."""
+    if active is None or len(active.values) < 2 or is_step_change(active):
         return ()
     return tuple(
         (parameter.name, value, error, parameter.unit)
@@ -224,8 +224,8 @@ def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[t
     )
 
 
-def _alternative(row: Alternative, asked: int) -> Finding:
-    """An alternative as the result lists it."""
+def _alternative(row: Alternative, tested: int) -> Finding:
+    """An alternative as a finding."""
     hypothesis: Hypothesis = row.hypothesis
     kind, where, term = hypothesis.label
     return Finding(
@@ -237,7 +237,7 @@ def _alternative(row: Alternative, asked: int) -> Finding:
         std_error=row.std_error,
         unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
         time=None,
-        p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * tested)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
         instead_of=named(row.replaces.label),
@@ -247,7 +247,7 @@ def _alternative(row: Alternative, asked: int) -> Finding:
 
 
 def _gust(seen: Turbulence) -> Finding:
-    """The turbulence along one axis that a vane and its force show together, as a finding."""
+    """The turbulence along one axis, shown by a vane and its force together, as a finding."""
     return Finding(
         kind=seen.kind,
         where="",

@@ -1,8 +1,8 @@
-"""Causes that one airspeed cannot tell from a step of a moment: thrust to one side, a centre of gravity to one side.
+"""Causes indistinguishable at one airspeed from a step of a moment: lateral offset of thrust or centre of gravity.
 
-Thrust T that acts y to the left of the centre of gravity yaws as C_n = T y/(q_bar S b) does, weight W that lies y to
-the right of the plane of symmetry rolls as C_l = W y/(q_bar S b) does. While the airspeed stays, the step of a
-coefficient or a term in C_T says the same to every sensor; the arm says what an inspection would look for.
+Thrust T at y to the left of the centre of gravity has the yawing moment C_n = T y/(q_bar S b), weight W at y to the
+right of the plane of symmetry the rolling moment C_l = W y/(q_bar S b). At constant airspeed a step of a coefficient or
+a term in C_T has the same response in every sensor; the lever arm is what an inspection can check.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from aerosid.search.findings import Finding, labels, named
 
 
 def with_equivalent_causes(found: Attribution, aircraft: Aircraft, manoeuvres: Sequence[Manoeuvre]) -> Attribution:
-    """What was found, with the arms that would do the same among its alternatives.
+    """The attribution with the lever arms of equal effect among its alternatives.
 
     Parameters
     ----------
     manoeuvres : sequence of Manoeuvre
-        The identification flights, at whose mean dynamic pressure, thrust and weight the arms are told.
+        The identification flights, whose mean dynamic pressure, thrust and weight give the arms.
     """
     known = labels((*found.findings, *found.alternatives))
     added = [
@@ -38,24 +38,24 @@ def with_equivalent_causes(found: Attribution, aircraft: Aircraft, manoeuvres: S
 
 
 def _causes(finding: Finding, aircraft: Aircraft, manoeuvres: Sequence[Manoeuvre]) -> Iterator[Finding]:
-    """The arm that would do what a finding does, where there is one."""
+    """The lever arm with the effect of a finding, where there is one."""
     if aircraft.span is None:
         return
-    said = finding.kind, finding.where, finding.term
-    moment = aircraft.span * aircraft.wing_area * _mean(manoeuvres, _pressure)
-    if said == ("step_change", "C_n", ""):
+    label = finding.kind, finding.where, finding.term
+    instant_of = aircraft.span * aircraft.wing_area * _mean(manoeuvres, _pressure)
+    if label == ("step_change", "C_n", ""):
         thrust = _mean(manoeuvres, lambda flight: _column(flight, "thrust"))
         if thrust > 0.0:
-            yield _arm("thrust_asymmetry", "thrust", finding, moment / thrust)
-    elif said == ("step_change", "C_l", ""):
+            yield _arm("thrust_asymmetry", "thrust", finding, instant_of / thrust)
+    elif label == ("step_change", "C_l", ""):
         weight = GRAVITY * _mean(manoeuvres, lambda flight: _column(flight, "mass"))
-        yield _arm("cg_shift", "y", finding, moment / weight)
-    elif said == ("aero_term", "C_n", "C_T"):
+        yield _arm("cg_shift", "y", finding, instant_of / weight)
+    elif label == ("aero_term", "C_n", "C_T"):
         yield _arm("thrust_asymmetry", "thrust", finding, aircraft.span)
 
 
 def _arm(kind: str, where: str, finding: Finding, metres: float) -> Finding:
-    """An arm in place of a finding; `metres`: of one unit of it."""
+    """A lever arm in place of a finding; `metres`: arm per unit of the finding."""
     return replace(
         finding,
         kind=kind,

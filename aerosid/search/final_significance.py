@@ -1,4 +1,4 @@
-"""Wald test of every named number by its final estimate: three standard errors from its null value at least."""
+"""Wald test of every finding by its final estimate: three standard errors from the null value at least."""
 
 from __future__ import annotations
 
@@ -12,65 +12,65 @@ from aerosid.estimation.filter_error import filter_error, widened
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import Confirmed
-from aerosid.search.finding_rows import finding_of, findings_of
+from aerosid.search.finding_evidence import finding_from_part, findings_with_p_values
 from aerosid.search.findings import Part, labels, named
 from aerosid.search.structure_search import StructureSearch
 
 
-def significant(found: Attribution, search: StructureSearch) -> Attribution:
-    """The findings whose final numbers stand, everything re-estimated without the others.
+def eliminate_by_wald_test(found: Attribution, search: StructureSearch) -> Attribution:
+    """The findings that the Wald test of the final estimate retains, everything re-estimated without the others.
 
     Parameters
     ----------
     found : Attribution
-        What any way of searching ended with.
+        The result of a search by any method.
     search : StructureSearch
-        The flights that were fitted, the hypotheses that were asked for and the settings.
+        The flights that were fitted, the hypotheses that were tested and the settings.
 
     Returns
     -------
     Attribution
-        Where all stand, `found` itself. Otherwise without those that do not, which are `fallen`; the weakest first,
-        since what is left becomes more certain without it.
+        Where all are significant, `found` itself. Otherwise without the others, which are `eliminated`; the least
+        significant first, since the remaining ones become more significant without it.
 
     Notes
     -----
-    Wald's test of the very number that is reported, on the standard error that is reported beside it: whatever a search
-    or another flight said before, a term is not named by a number that the final estimate cannot tell from its null
-    value, nor by one whose sign another flight contradicts. The size of a random disturbance has no sign and its
-    standard error grows with it; the likelihood ratio that let it enter judges it alone.
+    Wald's test of the reported value by its reported standard error: whatever the result of a search or of another
+    flight, a term is not named if its final estimate does not differ significantly from the null value, nor if another
+    flight contradicts its sign. The size of a random disturbance has no sign and its standard error grows with it: it
+    is tested by its likelihood ratio at entry alone.
     """
     current = found
-    while (weakest := _weakest(current, search)) is not None:
-        current = _without(current, weakest, search)
+    while (weakest := _least_significant(current, search)) is not None:
+        current = _re_estimated_without(current, weakest, search)
     if current is found:
         return found
-    still_named = {named(label) for label in labels(current.findings)}
-    return replace(current, alternatives=tuple(each for each in current.alternatives if each.instead_of in still_named))
+    remaining = {named(label) for label in labels(current.findings)}
+    return replace(current, alternatives=tuple(each for each in current.alternatives if each.instead_of in remaining))
 
 
-def told_of_fallen(found: Attribution, asked: float) -> list[str]:
-    """A sentence for each finding that entered and fell, for the notes."""
+def note_on_eliminated(found: Attribution, critical_ratio: float) -> list[str]:
+    """One sentence per eliminated finding, for the notes."""
     return [
-        f"Not named: {named((each.kind, each.where, each.term))} entered, but its final number, {number(each.value)} "
-        f"with a standard error of {number(each.std_error, 2)}, is not {asked:g} standard errors from its null value "
-        "with the sign that it was claimed with; everything is re-estimated without it."
-        for each in found.fallen
+        f"Eliminated: {named((each.kind, each.where, each.term))}. Its final estimate, {number(each.value)} with a "
+        f"standard error of {number(each.std_error, 2)}, is not {critical_ratio:g} standard errors from null, "
+        "or has not the sign of its confirmation; everything is re-estimated without it."
+        for each in found.eliminated
     ]
 
 
-def _weakest(found: Attribution, search: StructureSearch) -> Part | None:
-    """The part whose number stands least; None where all stand."""
-    asked = search.settings.final_deviations
+def _least_significant(found: Attribution, search: StructureSearch) -> Part | None:
+    """The least significant part that fails the test; None where all pass."""
+    critical_ratio = search.settings.final_deviations
     parts = [part for part in search.parts(found.completed, found.completed_deviations) if not part.is_disturbance]
     failing = [
-        part for part in parts if distance_from_none(part) < asked or not has_the_confirmed_sign(part, found.confirmed)
+        part for part in parts if wald_ratio(part) < critical_ratio or not has_confirmed_sign(part, found.confirmed)
     ]
-    return min(failing, key=distance_from_none, default=None)
+    return min(failing, key=wald_ratio, default=None)
 
 
-def distance_from_none(part: Part) -> float:
-    """Wald ratio of a part: standard errors from its null value, of its most certain number where it has several."""
+def wald_ratio(part: Part) -> float:
+    """Wald ratio of a part: standard errors from its null value; of several parameters the most significant."""
     if part.active is None or not part.parameters:
         return abs(part.value - part.null) / part.std_error if part.std_error > 0.0 else 0.0
     nulls = [parameter.null for parameter in part.active.effect.parameters]
@@ -78,29 +78,29 @@ def distance_from_none(part: Part) -> float:
     return max((abs(v - null) / error for (_, v, error, _), null in numbers if error > 0.0), default=0.0)
 
 
-def has_the_confirmed_sign(part: Part, confirmed: Sequence[Confirmed]) -> bool:
-    """Whether a term's number has the sign by which another flight confirmed it."""
-    claimed = [each.value for each in confirmed if each.entry == part.entry]
-    return all(np.sign(value) == np.sign(part.value) for value in claimed)
+def has_confirmed_sign(part: Part, confirmed: Sequence[Confirmed]) -> bool:
+    """Whether a term's value has the sign of its confirmation by another flight."""
+    confirmed_values = [each.value for each in confirmed if each.entry == part.entry]
+    return all(np.sign(value) == np.sign(part.value) for value in confirmed_values)
 
 
-def _without(found: Attribution, part: Part, search: StructureSearch) -> Attribution:
-    """All re-estimated without one part, by the estimators that the numbers are from."""
-    struck = search.struck_out(found.completed, [part])
-    is_declared = (struck.free, struck.effects) == (found.before.free, found.before.effects)
-    completed = found.before if is_declared else found.estimated_anew(struck, search.manoeuvres)
+def _re_estimated_without(found: Attribution, part: Part, search: StructureSearch) -> Attribution:
+    """The attribution re-estimated without one part, by the estimators that its values are from."""
+    reduced = search.reduced_structure(found.completed, [part])
+    is_declared = (reduced.free, reduced.effects) == (found.before.free, found.before.effects)
+    completed = found.before if is_declared else found.re_estimated(reduced, search.manoeuvres)
     uncertainty = deviations(completed, search.manoeuvres)
-    beside = found.filter_error
-    if beside is not None:
-        beside = filter_error(completed, beside.forces, beside.variance, search.manoeuvres)
-    uncertainty = widened(uncertainty, beside)
-    gone = finding_of(search, part, completed.cost - found.completed.cost)
+    with_forces = found.filter_error
+    if with_forces is not None:
+        with_forces = filter_error(completed, with_forces.forces, with_forces.variance, search.manoeuvres)
+    uncertainty = widened(uncertainty, with_forces)
+    eliminated = finding_from_part(search, part, completed.cost - found.completed.cost)
     return replace(
         found,
         completed=completed,
         completed_deviations=uncertainty,
-        filter_error=beside,
-        findings=findings_of(search, completed, uncertainty),
+        filter_error=with_forces,
+        findings=findings_with_p_values(search, completed, uncertainty),
         confirmed=tuple(each for each in found.confirmed if each.entry != part.entry),
-        fallen=(*found.fallen, gone),
+        eliminated=(*found.eliminated, eliminated),
     )

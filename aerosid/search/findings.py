@@ -9,14 +9,14 @@ import numpy as np
 from scipy.special import ndtr
 
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
 
 
 @dataclass(frozen=True)
 class Part:
-    """Something that was added to the declared model: a term or an effect, with its number and deviation."""
+    """A part added to the declared model: a term or an effect, with its value and standard error."""
 
     entry: Entry | None
     active: ActiveEffect | None
@@ -27,10 +27,10 @@ class Part:
 
     @property
     def parameters(self) -> tuple[tuple[str, float, float, str], ...]:
-        """Name, value, deviation and unit of each number, of an effect that has several or whose one number needs its
-        name; a jump's moment is apart.
+        """Name, value, standard error and unit of each parameter of an effect that has several or whose one parameter
+        needs its name; not of a step's instant.
         """
-        if self.active is None or is_sudden(self.active):
+        if self.active is None or is_step_change(self.active):
             return ()
         kind, names = KINDS.get(self.active.effect.kind), [number.name for number in self.active.effect.parameters]
         if len(self.active.values) < 2 and (kind is None or names == [kind.leading] or not names):
@@ -41,14 +41,14 @@ class Part:
 
     @property
     def ratio(self) -> float:
-        """Distance from the null value over the deviation; none where the record's noise looks alike."""
+        """t-ratio: distance from the null value over the standard error; 0 where noise could imitate it."""
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
         return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf
 
     @property
     def is_disturbance(self) -> bool:
-        """Whether it is a gust or forces of any shape, which the likelihood alone judges."""
+        """Whether it is a gust or unmodelled forces, which the likelihood ratio alone tests."""
         return self.active is not None and isinstance(self.active.effect, NoiseEffect)
 
     @property
@@ -62,12 +62,12 @@ class Part:
     @property
     def time(self) -> float | None:
         """Of a step change, s."""
-        return moment(self.active) if self.active is not None and is_sudden(self.active) else None
+        return instant_of(self.active) if self.active is not None and is_step_change(self.active) else None
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One effect that the data show to be missing, or that could stand in place of one.
+    """One effect missing from the declared model, or an alternative to one.
 
     Attributes
     ----------
@@ -80,22 +80,21 @@ class Finding:
     time : float or None
         Of a step change, s.
     p_value : float
-        Of its being none; counts how many hypotheses were looked at.
+        Under the null hypothesis, times the number of hypotheses tested (Bonferroni).
     gain : float
-        Rise of -2 ln L when it is struck out again.
+        Rise of -2 ln L when it is removed.
     instead_of : str
-        Of an alternative: what it could replace.
+        Of an alternative: the finding that it could replace.
     parameters : tuple of (name, value, standard error, unit)
-        All numbers of an effect that has several.
+        All parameters of an effect that has several.
     fit : Refinement or None
-        Of an alternative: the estimate with it in place of what it could replace.
+        Of an alternative: the estimate with it in place of the finding that it could replace.
     worse_by, margin : float or None
-        Of an alternative: by how much -2 ln L with the price of its numbers is higher than that of the chosen one, and
-        up to which difference the flights decide nothing.
+        Of an alternative: penalised -2 ln L less that of the chosen one, and the largest insignificant difference.
     along : str
-        Of a place: the body axes along which it is elsewhere, `x` or `xz`.
+        Of a sensor position: the body axes along which it differs, `x` or `xz`.
     unseen_better : bool or None
-        Whether what was not fitted is predicted better with it; None where the method does not ask.
+        Whether validation records are predicted better with it; None where the method does not test it.
     """
 
     kind: str
@@ -117,8 +116,8 @@ class Finding:
     unseen_better: bool | None = None
 
 
-def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Finding:
-    """A part with its evidence, one of so many hypotheses that were `asked`."""
+def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") -> Finding:
+    """A part as a finding; `tested`: number of hypotheses tested (Bonferroni)."""
     kind, where, term = part.label
     return Finding(
         kind=kind,
@@ -129,7 +128,7 @@ def found_among(part: Part, asked: int, gain: float, instead_of: str = "") -> Fi
         std_error=part.std_error,
         unit=part.active.effect.parameters[0].unit if part.active is not None else "1",
         time=part.time,
-        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * asked)),
+        p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * tested)),
         gain=gain,
         instead_of=instead_of,
         parameters=part.parameters,
@@ -142,15 +141,15 @@ def labels(findings: Sequence[Finding]) -> set[tuple[str, str, str]]:
 
 
 def named(label: tuple[str, str, str]) -> str:
-    """Kind, place and term as a person writes them."""
+    """Kind, place and term in words."""
     kind, where, term = label
     if kind == "aero_term":
         return f"{where} {term}"
     return f"{kind} of {where}" if where else kind
 
 
-def each_once(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Each alternative once, where it was first named, as the likeliest of its kind: at one of two moments, say."""
+def unique_alternatives(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Each alternative once, in the order of first mention, of several (as at two instants) that of largest gain."""
     best: dict[tuple[str, str, str, str], Finding] = {}
     for finding in findings:
         key = finding.kind, finding.where, finding.term, finding.instead_of

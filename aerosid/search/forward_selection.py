@@ -1,4 +1,4 @@
-"""Forward selection by score tests."""
+"""Stepwise regression: forward selection by score tests, with backward elimination after each entry."""
 
 from __future__ import annotations
 
@@ -10,51 +10,64 @@ from aerosid.effects import NoiseEffect
 from aerosid.estimation.fit_settings import BACKGROUND
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
-from aerosid.search.backward_elimination import pruned
-from aerosid.search.command_filters import is_no_filter
-from aerosid.search.restarts import afresh, worth_restarting
+from aerosid.search.backward_elimination import eliminate_insignificant
+from aerosid.search.noise_filtering import explains_beyond_noise_averaging
+from aerosid.search.restarts import restart_candidates, restarts_from_declared_values
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.trial_fits import lightened, shortlisted, tried
+from aerosid.search.trial_fits import shortlisted, trial_fits, without_idle_step_changes
 
 
-def forward(
-    search: StructureSearch, start: Refinement, most: int | None = None
+def forward_selection(
+    search: StructureSearch, start: Refinement, max_entries: int | None = None
 ) -> tuple[Refinement, list[tuple[Score, ...]]]:
-    """Let hypotheses enter one at a time, `most` in all, and leave again when a later one explains them."""
+    """Enter hypotheses one at a time, `max_entries` in all, and eliminate those that a later one makes insignificant.
+
+    Returns the final estimate and the scores of each round.
+    """
     current = start
     rounds = []
-    for _ in range(search.settings.rounds if most is None else most):
+    for _ in range(search.settings.rounds if max_entries is None else max_entries):
         scores = search.scores(current)
         rounds.append(scores)
         shortlist = shortlisted(search, scores)
-        trials = tried(search, current, shortlist)
-        if all(search.is_gross(trial) for trial in trials):
-            level = min(map(search.price, trials), default=search.price(current))
-            again = worth_restarting(search, current, shortlist, trials, level)
-            trials += tried(search, current, [], level, further=afresh(search, current, again, level))
-        trials = lightened(search, current, trials, min(map(search.price, trials), default=np.inf))
-        trials = [trial for trial in trials if search.price(trial) < search.price(current)]
-        improved = next((better for better in pruned_trials(search, trials) if is_news(search, better, current)), None)
+        trials = trial_fits(search, current, shortlist)
+        if all(search.has_gross_residual(trial) for trial in trials):
+            level = min(map(search.penalised_cost, trials), default=search.penalised_cost(current))
+            restarted = restart_candidates(search, current, shortlist, trials, level)
+            trials += trial_fits(
+                search, current, [], level, further=restarts_from_declared_values(search, current, restarted, level)
+            )
+        trials = without_idle_step_changes(
+            search, current, trials, min(map(search.penalised_cost, trials), default=np.inf)
+        )
+        trials = [trial for trial in trials if search.penalised_cost(trial) < search.penalised_cost(current)]
+        improved = next(
+            (better for better in reduced_trials(search, trials) if is_new_structure(search, better, current)), None
+        )
         if improved is None:
             break
-        current = settled(search, improved)
+        current = with_disturbance_statistics(search, improved)
     return current, rounds
 
 
-def pruned_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iterator[Refinement]:
-    """The trials without their weak parts, the most likely first."""
-    return (pruned(search, trial) for trial in sorted(trials, key=search.price))
+def reduced_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iterator[Refinement]:
+    """The trials after backward elimination, the least penalised cost first."""
+    return (eliminate_insignificant(search, trial) for trial in sorted(trials, key=search.penalised_cost))
 
 
-def is_news(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
-    """Whether a trial names something else than the present estimate does, at a lower price."""
-    known = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
-    told = {(part.label, part.time and round(part.time, 1)) for part in search.parts(trial, None)}
-    return told != known and search.price(trial) < search.price(current) and is_no_filter(search, trial, current)
+def is_new_structure(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
+    """Whether a trial has other parts than the present estimate, at a lower penalised cost."""
+    labels = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
+    new_labels = {(part.label, part.time and round(part.time, 1)) for part in search.parts(trial, None)}
+    return (
+        new_labels != labels
+        and search.penalised_cost(trial) < search.penalised_cost(current)
+        and explains_beyond_noise_averaging(search, trial, current)
+    )
 
 
-def settled(search: StructureSearch, current: Refinement) -> Refinement:
-    """The estimate with the statistics of its disturbances moved too, which trials keep: less is left for them."""
+def with_disturbance_statistics(search: StructureSearch, current: Refinement) -> Refinement:
+    """The estimate with the statistics of its disturbances re-estimated, which trials hold fixed."""
     if not any(isinstance(active.effect, NoiseEffect) and active.values for active in current.effects):
         return current
     return refine_on(current, search.manoeuvres, BACKGROUND)

@@ -1,10 +1,10 @@
-"""Hypotheses of a flight: one for each candidate term and each offer of the catalogue."""
+"""Hypotheses for a set of flights: one for each candidate term and each effect that the catalogue offers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aerosid.effects import CATALOGUE, Flown
+from aerosid.effects import CATALOGUE, FlightData
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
@@ -12,25 +12,25 @@ from aerosid.flight_model.constants import Constants
 
 
 def term_hypotheses(candidates: Sequence[Entry]) -> tuple[Hypothesis, ...]:
-    """One for each candidate term."""
+    """One hypothesis for each candidate term."""
     return tuple(Hypothesis("aero_term", entry[0], str(entry[1]), entries=(entry,)) for entry in candidates)
 
 
 def effect_hypotheses(
     model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str] = ()
 ) -> tuple[Hypothesis, ...]:
-    """One for each offer of the catalogue.
+    """One hypothesis for each effect that the catalogue offers.
 
     Parameters
     ----------
     model : AerodynamicModel
-        The declared one; its terms say which controls act.
+        The declared one; its terms determine which controls act.
     manoeuvres : sequence of Manoeuvre
         The identification flights.
     coefficients : sequence of str
-        Those that may change suddenly; none: no sudden changes are offered.
+        Those that may have a step change; none: no step changes are offered.
     """
-    flights = tuple(_flown(manoeuvre, model.constants) for manoeuvre in manoeuvres)
+    flights = tuple(_flight_data(manoeuvre, model.constants) for manoeuvre in manoeuvres)
     offers = [
         offer
         for family in CATALOGUE
@@ -40,10 +40,10 @@ def effect_hypotheses(
     return tuple(Hypothesis(o.kind, o.where, effects=o.effects, time=o.time) for o in offers)
 
 
-def _flown(manoeuvre: Manoeuvre, constants: Constants) -> Flown:
+def _flight_data(manoeuvre: Manoeuvre, constants: Constants) -> FlightData:
     flight = manoeuvre.flight
     places = {name: manoeuvre.row(name) for name in manoeuvre.outputs}
-    return Flown(
+    return FlightData(
         log=manoeuvre.name,
         time=flight.time,
         inputs=dict(zip(manoeuvre.columns, flight.inputs.T, strict=True)),

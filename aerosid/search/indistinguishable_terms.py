@@ -1,4 +1,4 @@
-"""Terms that one coefficient alone cannot tell from a sensor's or a control's fault."""
+"""Terms that one coefficient alone cannot distinguish from an error of a sensor or control."""
 
 from __future__ import annotations
 
@@ -22,94 +22,94 @@ from aerosid.model_error.coefficient_match import Corrected
 from aerosid.model_error.paper_chain import ChainSettings, feed
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, Part, found_among, labels, named
-from aerosid.search.settings import CoefficientRivalSettings
+from aerosid.search.findings import Finding, Part, finding_among, labels, named
+from aerosid.search.settings import IndistinguishableTermSettings
 
-USUAL = CoefficientRivalSettings()
-"""The settings of a loop unless told otherwise."""
+USUAL = IndistinguishableTermSettings()
+"""The default settings."""
 
 RECORDED_RATE = "recorded_alpha_dot_hat"
-"""Column of the derivative of the recorded alpha, made dimensionless: what a fit to one coefficient would use."""
+"""Column of the nondimensional derivative of the recorded alpha, the regressor of a fit to one coefficient."""
 
 
 FIT = RefinementSettings(steps=30, cost_tolerance=0.5, disturbances=False)
-"""A rival stands beside the chosen one with its numbers, not in its table."""
+"""Lower accuracy: an alternative is reported with its value, not in the table of derivatives."""
 
 
 @dataclass(frozen=True)
-class CoefficientRival:
-    """A term that explains a coefficient as an effect does.
+class IndistinguishableTerm:
+    """A term that explains a coefficient as well as an effect does.
 
     Attributes
     ----------
     coefficient : str
-        Where it does so.
+        That coefficient.
     finding : Finding
-        The term with its evidence; `gain` is what all channels together say, negative where they speak against it.
-    share : float
-        What it takes away of the coefficient's unexplained variance over what the effect takes away.
+        The term with its evidence; `gain` is in -2 ln L of all channels, negative where they favour the effect.
+    fraction : float
+        Fraction of the coefficient's variance explained by the term, over that explained by the effect.
     """
 
     coefficient: str
     finding: Finding
-    share: float
+    fraction: float
 
 
-def coefficient_rivals(
+def indistinguishable_terms(
     found: Attribution,
     manoeuvres: Sequence[Manoeuvre],
     hypotheses: Sequence[Hypothesis],
-    settings: CoefficientRivalSettings = USUAL,
-) -> list[CoefficientRival]:
-    """For each sensor or control effect that was found, the term that looks most like it in a coefficient alone.
+    settings: IndistinguishableTermSettings = USUAL,
+) -> list[IndistinguishableTerm]:
+    """For each found sensor or control effect, the term that imitates it best in one coefficient alone.
 
     Notes
     -----
-    A vane that lags by tau reads alpha - tau alphadot, so that a moment coefficient fitted to its readings asks for an
-    alphadot derivative. Equation error, as it is much used, sees no more; the motion as a whole usually tells the two
-    apart, as the vane's lag shows in the accelerometers too. The engineer has to know both.
+    A vane that lags by tau reads alpha - tau alphadot, so that a moment coefficient fitted to its readings contains an
+    alphadot derivative. Equation error of one coefficient cannot distinguish the two; all channels together usually
+    can, since the accelerometers show the vane's lag too. The engineer needs to know both.
     """
-    sought = [
+    found_effects = [
         active
         for active in found.completed.effects
         if isinstance(active.effect, OutputEffect | InputEffect) and (*active.name, "") in labels(found.findings)
     ]
     terms = tuple(entry for h in hypotheses if h.is_plain_term for entry in h.entries)
     terms = tuple(entry for entry in terms if entry not in found.completed.free)
-    rivals: dict[tuple[str, Entry], CoefficientRival] = {}
-    for active in sought:
-        for coefficient, entry, share in _alike(found, active, manoeuvres, terms, settings):
-            if (named((*active.name, "")), entry) not in rivals:
-                finding = _in_its_place(found, active, entry, manoeuvres, len(hypotheses))
+    similar: dict[tuple[str, Entry], IndistinguishableTerm] = {}
+    for active in found_effects:
+        for coefficient, entry, fraction in _collinear_terms(found, active, manoeuvres, terms, settings):
+            if (named((*active.name, "")), entry) not in similar:
+                finding = _replacement_finding(found, active, entry, manoeuvres, len(hypotheses))
                 if finding is not None:
-                    rivals[named((*active.name, "")), entry] = CoefficientRival(coefficient, finding, share)
-    return list(rivals.values())
+                    similar[named((*active.name, "")), entry] = IndistinguishableTerm(coefficient, finding, fraction)
+    return list(similar.values())
 
 
-def told_of_rivals(rivals: Sequence[CoefficientRival]) -> list[str]:
-    """A sentence for each, for the notes."""
+def note_on_indistinguishable_terms(indistinguishable: Sequence[IndistinguishableTerm]) -> list[str]:
+    """One sentence per term, for the notes."""
     return [
-        f"{rival.coefficient} alone does not tell {rival.finding.where} {rival.finding.term} from "
-        f"{rival.finding.instead_of}: the term explains {min(rival.share, 1.0):.0%} of what the effect explains there. "
-        f"All channels together {_says(rival.finding.gain)}."
-        for rival in rivals
+        f"{each.coefficient} alone cannot distinguish {each.finding.where} {each.finding.term} from "
+        f"{each.finding.instead_of}: the term explains {min(each.fraction, 1.0):.0%} of the variance that the effect "
+        f"explains there. All channels together {_likelihood_comparison(each.finding.gain)}."
+        for each in indistinguishable
     ]
 
 
-def _says(gain: float) -> str:
+def _likelihood_comparison(gain: float) -> str:
     if gain < 0.0:
-        return f"speak for the effect, by a log-likelihood difference 2Δln L of {number(-gain)}"
-    return f"do not speak against the term (log-likelihood difference 2Δln L = {number(gain)} in its favour)"
+        return f"favour the effect, by a log-likelihood difference 2Δln L of {number(-gain)}"
+    return f"do not exclude the term (log-likelihood difference 2Δln L = {number(gain)} in its favour)"
 
 
-def _alike(
+def _collinear_terms(
     found: Attribution,
     active: ActiveEffect,
     manoeuvres: Sequence[Manoeuvre],
     terms: Sequence[Entry],
-    settings: CoefficientRivalSettings,
+    settings: IndistinguishableTermSettings,
 ) -> Iterator[tuple[str, Entry, float]]:
-    """Coefficient, term and share of the best term in each coefficient that looks like an effect."""
+    """Coefficient, term and variance fraction of the best term in each coefficient that an effect explains."""
     own = found.completed.free
     without, acting = (_regression(found, out, manoeuvres, own) for out in (active, None))
     held = np.isfinite(without.target) & np.isfinite(acting.target)
@@ -121,23 +121,26 @@ def _alike(
             continue
         moved = np.sum((acting.measured - without.measured)[rows, i] ** 2)
         before, after = (_Residual.of(each, rows, i) for each in (without, acting))
-        if moved > settings.corrected * before.squares or after.squares > (1.0 - settings.material) * before.squares:
+        if (
+            moved > settings.corrected * before.sum_of_squares
+            or after.sum_of_squares > (1.0 - settings.material) * before.sum_of_squares
+        ):
             continue
         if not candidates:
             candidates = [_regression(found, out, manoeuvres, terms) for out in (active, None)]
-        won = before.squares - after.squares
-        shares = before.taken(candidates[0], rows, i) / won
-        more = after.taken(candidates[1], rows, i) / won
-        shares[~(more < settings.more)] = 0.0
-        best = int(np.argmax(shares)) if shares.size else 0
-        if shares.size and shares[best] > settings.as_good:
-            yield coefficient, terms[best], float(shares[best])
+        explained = before.sum_of_squares - after.sum_of_squares
+        fractions = before.variance_reductions(candidates[0], rows, i) / explained
+        additional = after.variance_reductions(candidates[1], rows, i) / explained
+        fractions[~(additional < settings.more)] = 0.0
+        best = int(np.argmax(fractions)) if fractions.size else 0
+        if fractions.size and fractions[best] > settings.as_good:
+            yield coefficient, terms[best], float(fractions[best])
 
 
 @dataclass(frozen=True)
 class _Regression:
-    """What is left to a coefficient's regression: `measured` and `target`, the measured less what is held, (N, k);
-    `columns` (N, k, K) of each entry, `logs` (N,) which record a sample belongs to.
+    """Data of the coefficients' regressions: `measured` and `target`, the measured less the fixed entries, (N, k);
+    regressors `columns` (N, k, K) of each entry, `logs` (N,) the record of each sample.
     """
 
     measured: NDArray[np.float64]
@@ -151,7 +154,7 @@ def _regression(
 ) -> _Regression:
     """The regression on some entries, the records corrected for all effects but one."""
     completed = found.completed
-    entries = [(coefficient, _recorded(term)) for coefficient, term in entries]
+    entries = [(coefficient, _with_recorded_rate_variable(term)) for coefficient, term in entries]
     model = completed.model.with_columns([RECORDED_RATE]).extended(entries)
     places = [model.entries.index(entry) for entry in entries]
     numbers = np.array(model.values)
@@ -167,8 +170,8 @@ def _regression(
     return _Regression(measured, target, columns, logs)
 
 
-def _recorded(term: Term) -> Term:
-    """The term with alphadot as the vane's record gives it, in place of what the equations make of the other terms."""
+def _with_recorded_rate_variable(term: Term) -> Term:
+    """The term with the recorded vane's alphadot in place of that from the equations of motion."""
     rate = [replace(f, variable=RECORDED_RATE) if f.variable == "alpha_dot_hat" else f for f in term.factors]
     return replace(term, factors=tuple(rate))
 
@@ -188,10 +191,10 @@ def _with_recorded_rate(log: Corrected) -> Corrected:
 
 @dataclass(frozen=True)
 class _Residual:
-    """What a regression with a constant for each record leaves, (n,), and the directions that it took, (n, K)."""
+    """Residual of a regression with a constant for each record, (n,), and the basis of its regressors, (n, K)."""
 
     values: NDArray[np.float64]
-    taken_up: NDArray[np.float64]
+    basis: NDArray[np.float64]
 
     @classmethod
     def of(cls, regression: _Regression, rows: NDArray[np.bool_], i: int) -> _Residual:
@@ -200,31 +203,31 @@ class _Residual:
         columns = np.column_stack([constants, regression.columns[rows, i]])
         lengths = np.linalg.norm(columns, axis=0)
         columns = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
-        left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-        taken_up = left[:, sizes > 1e-10 * sizes[0]]
+        remaining, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+        basis = remaining[:, sizes > 1e-10 * sizes[0]]
         target = regression.target[rows, i]
-        return cls(target - taken_up @ (taken_up.T @ target), taken_up)
+        return cls(target - basis @ (basis.T @ target), basis)
 
     @property
-    def squares(self) -> float:
+    def sum_of_squares(self) -> float:
         return float(self.values @ self.values)
 
-    def taken(self, candidates: _Regression, rows: NDArray[np.bool_], i: int) -> NDArray[np.float64]:
-        """By how much each further entry would lower the sum of squares, (K,)."""
+    def variance_reductions(self, candidates: _Regression, rows: NDArray[np.bool_], i: int) -> NDArray[np.float64]:
+        """Reduction of the sum of squares by each further entry, (K,), from orthogonalised regressors."""
         columns = np.nan_to_num(candidates.columns[rows, i])
         length = np.linalg.norm(columns, axis=0)
-        columns = columns - self.taken_up @ (self.taken_up.T @ columns)
-        left = np.sum(columns**2, axis=0)
-        apart = left > 1e-8 * length**2
-        return np.where(apart, (self.values @ columns) ** 2 / np.where(apart, left, 1.0), 0.0)
+        columns = columns - self.basis @ (self.basis.T @ columns)
+        remaining = np.sum(columns**2, axis=0)
+        independent = remaining > 1e-8 * length**2
+        return np.where(independent, (self.values @ columns) ** 2 / np.where(independent, remaining, 1.0), 0.0)
 
 
-def _in_its_place(
-    found: Attribution, active: ActiveEffect, entry: Entry, manoeuvres: Sequence[Manoeuvre], asked: int
+def _replacement_finding(
+    found: Attribution, active: ActiveEffect, entry: Entry, manoeuvres: Sequence[Manoeuvre], tested: int
 ) -> Finding | None:
-    """A term in an effect's place; None where it cannot be flown.
+    """A term in an effect's place; None where the model with it cannot be simulated.
 
-    Without its fit: no flight is designed to tell apart what the channels of this one tell apart together.
+    The finding holds no fit, since no flight is designed to distinguish what all channels of this one distinguish.
     """
     completed = found.completed
     others = [each for each in completed.effects if each.name != active.name]
@@ -234,19 +237,23 @@ def _in_its_place(
         return None
     error = float(deviations(fit, manoeuvres, quick=True).corrected[-1])
     part = Part(entry, None, fit.model.value(entry), 0.0, error)
-    return found_among(part, asked, completed.cost - fit.cost, named((*active.name, "")))
+    return finding_among(part, tested, completed.cost - fit.cost, named((*active.name, "")))
 
 
-def with_rivals(found: Attribution, rivals: Sequence[CoefficientRival], reach: float) -> Attribution:
-    """What was found with those rivals among its alternatives that all channels together do not tell from it either.
+def with_indistinguishable_terms(
+    found: Attribution, indistinguishable: Sequence[IndistinguishableTerm], reach: float
+) -> Attribution:
+    """The attribution with those terms among its alternatives that all channels together do not distinguish either.
 
     Parameters
     ----------
     reach : float
-        Difference of -2 ln L that decides nothing. What is worse by more is a warning about one coefficient, which the
-        notes give, and no alternative.
+        Insignificant difference of -2 ln L. A term that is worse by more is no alternative; the notes mention it.
     """
     known = {(other.kind, other.where, other.term, other.instead_of) for other in found.alternatives}
-    new = [replace(rival.finding, worse_by=-rival.finding.gain, margin=reach) for rival in rivals]
+    new = [
+        replace(alternative.finding, worse_by=-alternative.finding.gain, margin=reach)
+        for alternative in indistinguishable
+    ]
     new = [f for f in new if -f.gain <= reach and (f.kind, f.where, f.term, f.instead_of) not in known]
     return replace(found, alternatives=(*found.alternatives, *new))

@@ -1,4 +1,4 @@
-"""Replacement of selected parts by rival hypotheses, and the list of alternatives."""
+"""Replacement of selected parts by competing hypotheses, and the list of indistinguishable alternatives."""
 
 from __future__ import annotations
 
@@ -10,166 +10,179 @@ import numpy as np
 
 from aerosid.effects import KINDS, InputEffect, OutputEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
-from aerosid.search.backward_elimination import inflation_of, pruned
-from aerosid.search.command_filters import is_no_filter
-from aerosid.search.finding_rows import finding_of
+from aerosid.search.backward_elimination import eliminate_insignificant, variance_inflation
+from aerosid.search.finding_evidence import finding_from_part
 from aerosid.search.findings import Finding, Part, named
+from aerosid.search.noise_filtering import explains_beyond_noise_averaging
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.trial_fits import lightened, shortlisted, start_with, tried
+from aerosid.search.trial_fits import shortlisted, start_with_hypothesis, trial_fits, without_idle_step_changes
 
-RAREST = max(kind.rarity for kind in KINDS.values())
-"""What a rival may lose by its rareness alone and still be listed."""
+LARGEST_RARITY_PENALTY = max(kind.rarity for kind in KINDS.values())
+"""Difference in penalised cost by rarity alone that leaves an alternative in the list."""
 
 
-def exchange(
-    search: StructureSearch, current: Refinement, *, alike: bool = False
+def replace_parts(
+    search: StructureSearch, current: Refinement, *, exclusive: bool = False
 ) -> tuple[Refinement, tuple[Finding, ...]]:
-    """Try others in the place of each found part: take a better one, list those within reach.
+    """Replace each part by a better hypothesis where there is one, and list the indistinguishable alternatives.
 
-    `alike`: none of those that bring much the same beside it, nor a sudden change, which follows whatever is left.
+    `exclusive`: without hypotheses that gain about as much in addition to the part, and without further step changes,
+    which follow any remaining residual.
     """
     listed: list[Finding] = []
-    done: set[tuple[str, str, str]] = set()
+    replaced: set[tuple[str, str, str]] = set()
     for _ in range(2 * search.settings.rounds):
-        groups = [group for group in search.groups(current) if group[0].label not in done]
+        groups = [group for group in search.groups(current) if group[0].label not in replaced]
         if not groups:
             break
         group = groups[0]
-        done.add(group[0].label)
-        # Before the trials, whose own deviations take the place of the estimate's among those that are kept.
-        worth = partial(search.price, inflation=inflation_of_parts(search, current, {part.label for part in group}))
-        reduced, trials = in_its_place(search, current, group, alike=alike)
-        if alike:
-            jumps = sum(map(is_sudden, current.effects))
-            trials = [trial for trial in trials if sum(map(is_sudden, trial.effects)) <= jumps]
-            best = _better(search, trials, current, reduced, worth)
+        replaced.add(group[0].label)
+        # Before the trials, since only the last estimate's standard deviations are stored.
+        cost = partial(
+            search.penalised_cost, inflation=inflation_of_labels(search, current, {part.label for part in group})
+        )
+        reduced, trials = replacement_fits(search, current, group, exclusive=exclusive)
+        if exclusive:
+            step_changes = sum(map(is_step_change, current.effects))
+            trials = [trial for trial in trials if sum(map(is_step_change, trial.effects)) <= step_changes]
+            best = _best_replacement(search, trials, current, reduced, cost)
         else:
-            best = min(trials, key=worth, default=None)
-            if best is not None and not (worth(best) < worth(current) and stands(search, best, reduced)):
+            best = min(trials, key=cost, default=None)
+            if best is not None and not (cost(best) < cost(current) and needs_all_parts(search, best, reduced)):
                 best = None
         if best is not None:
             trials = [*(trial for trial in trials if trial is not best), current]
             current = best
-            newest = {part.label for part in search.parts(best, None)} - {p.label for p in search.parts(reduced, None)}
-            done |= newest
+            entered = {part.label for part in search.parts(best, None)} - {p.label for p in search.parts(reduced, None)}
+            replaced |= entered
             listed = [other for other in listed if other.instead_of != named(group[0].label)]
-        listed.extend(within_reach(search, current, reduced, trials))
+        listed.extend(indistinguishable_findings(search, current, reduced, trials))
     return current, tuple(listed)
 
 
-def _better(
+def _best_replacement(
     search: StructureSearch,
     trials: Sequence[Refinement],
     current: Refinement,
     reduced: Refinement,
-    worth: Callable[[Refinement], float],
+    cost: Callable[[Refinement], float],
 ) -> Refinement | None:
-    """The first trial, in the order of their worth, that is better than the estimate without its own idle parts too.
+    """The trial of least penalised cost that is better than the estimate even after backward elimination.
 
-    A fault of an instrument or a control gives place to another such fault alone: a term has to show itself.
+    An error of an instrument or a control is only replaced by another such error: a term must enter by itself.
     """
-    kept = {part.label for part in search.parts(reduced, None)}
-    own = [part for part in search.parts(current, None) if part.label not in kept]
-    for trial in sorted(trials, key=worth):
-        if worth(trial) >= worth(current):
+    base = {part.label for part in search.parts(reduced, None)}
+    own = [part for part in search.parts(current, None) if part.label not in base]
+    for trial in sorted(trials, key=cost):
+        if cost(trial) >= cost(current):
             break
-        left = pruned(search, trial)
-        newest = [part for part in search.parts(left, None) if part.label not in kept]
-        if any(part.entry is not None for part in newest) and all(part.entry is None for part in own):
+        reduced_trial = eliminate_insignificant(search, trial)
+        entered = [part for part in search.parts(reduced_trial, None) if part.label not in base]
+        if any(part.entry is not None for part in entered) and all(part.entry is None for part in own):
             continue
-        if newest and worth(left) < worth(current) and is_no_filter(search, left, reduced):
-            return left
+        if (
+            entered
+            and cost(reduced_trial) < cost(current)
+            and explains_beyond_noise_averaging(search, reduced_trial, reduced)
+        ):
+            return reduced_trial
     return None
 
 
-def alternatives(search: StructureSearch, current: Refinement) -> tuple[Finding, ...]:
-    """What could stand in the place of each found part, the estimate kept as it is."""
+def alternatives_to_parts(search: StructureSearch, current: Refinement) -> tuple[Finding, ...]:
+    """The indistinguishable alternatives to each found part, for an unchanged estimate."""
     found: list[Finding] = []
     for group in search.groups(current):
-        found.extend(within_reach(search, current, *in_its_place(search, current, group, alike=True)))
+        found.extend(
+            indistinguishable_findings(search, current, *replacement_fits(search, current, group, exclusive=True))
+        )
     return tuple(found)
 
 
-def in_its_place(
-    search: StructureSearch, current: Refinement, group: Sequence[Part], *, alike: bool = False
+def replacement_fits(
+    search: StructureSearch, current: Refinement, group: Sequence[Part], *, exclusive: bool = False
 ) -> tuple[Refinement, list[Refinement]]:
-    """The estimate without a group of parts, and with each rival that could take its place.
+    """The estimate without a group of parts, and the fits with each competing hypothesis in its place.
 
-    `alike`: none of those that bring much the same beside the group as in its place, which are about another thing.
+    `exclusive`: without hypotheses that gain about as much in addition to the group as in its place: they explain
+    another part of the residual.
     """
-    margin = margin_of(search, current, {part.label for part in group})
-    if not has_rivals(search, current, group, margin):
+    margin = indifference_margin(search, current, {part.label for part in group})
+    if not has_competitors(search, current, group, margin):
         return current, []
-    # All that is asked of the present estimate first: the fits beside the reduced one begin at its linearisation.
-    stand_ins = {score.hypothesis.label: score for score in stand_ins_for(search, current, group)}
-    beside = {score.hypothesis.key: score.gain for score in search.scores(current)} if alike else {}
-    reduced = search.without(current, group)
+    # Everything about the present estimate first: the fits from the reduced one start at its stored linearisation.
+    collinear = {score.hypothesis.label: score for score in collinear_candidates(search, current, group)}
+    gain_in_addition = {score.hypothesis.key: score.gain for score in search.scores(current)} if exclusive else {}
+    reduced = search.re_estimated_without(current, group)
     scores = search.scores(reduced)
-    rivals = {score.hypothesis.label: score for score in rivals_of(search, scores, group)}
-    if alike:
-        alone = {score.hypothesis.key: score.gain for score in scores}
-        rivals = {
+    competitors = {score.hypothesis.label: score for score in competing_candidates(search, scores, group)}
+    if exclusive:
+        gain_in_replacement = {score.hypothesis.key: score.gain for score in scores}
+        competitors = {
             label: score
-            for label, score in rivals.items()
-            if beside.get(score.hypothesis.key, 0.0)
-            < search.settings.replacement.otherwise_good * alone.get(score.hypothesis.key, np.inf)
+            for label, score in competitors.items()
+            if gain_in_addition.get(score.hypothesis.key, 0.0)
+            < search.settings.replacement.otherwise_good * gain_in_replacement.get(score.hypothesis.key, np.inf)
         }
-    # What does the same to the motion is found from where that motion is, not from the fit without it.
-    struck = search.struck_out(current, group)
-    further = [start_with(search, struck, score) for score in (*stand_ins.values(), *jumps_alike(search, group))]
-    margin += RAREST
-    rest = [score for label, score in rivals.items() if label not in stand_ins]
-    trials = tried(search, reduced, rest, search.price(current), margin, further)
-    return reduced, lightened(search, reduced, trials, search.price(current) + margin)
+    # Collinear hypotheses start from the present motion, not from that of the fit without the group.
+    without_group = search.reduced_structure(current, group)
+    further = [
+        start_with_hypothesis(search, without_group, score)
+        for score in (*collinear.values(), *simultaneous_step_changes(search, group))
+    ]
+    margin += LARGEST_RARITY_PENALTY
+    rest = [score for label, score in competitors.items() if label not in collinear]
+    trials = trial_fits(search, reduced, rest, search.penalised_cost(current), margin, further)
+    return reduced, without_idle_step_changes(search, reduced, trials, search.penalised_cost(current) + margin)
 
 
-def stands(search: StructureSearch, trial: Refinement, reduced: Refinement) -> bool:
-    """Whether an estimate needs all its parts, none of them a filter alone."""
-    return pruned(search, trial) is trial and is_no_filter(search, trial, reduced)
+def needs_all_parts(search: StructureSearch, trial: Refinement, reduced: Refinement) -> bool:
+    """Whether all parts of an estimate are significant and none gains by averaging noise alone."""
+    return eliminate_insignificant(search, trial) is trial and explains_beyond_noise_averaging(search, trial, reduced)
 
 
-def has_rivals(search: StructureSearch, current: Refinement, group: Sequence[Part], margin: float) -> bool:
-    """Whether anything could win back nearly all that striking out a group costs.
+def has_competitors(search: StructureSearch, current: Refinement, group: Sequence[Part], margin: float) -> bool:
+    """Whether a hypothesis could recover nearly all of the loss by removing a group.
 
-    Terms are judged without a fit; an effect that is far from linear in its number is always worth one.
+    Terms are tested to second order, without a fit; a group with an effect is always assumed to have competitors.
     """
     entries = [part.entry for part in group if part.entry is not None]
     if len(entries) < len(group):
         return True
-    loss, scores = search.about(current).in_place_of(entries)
-    # A spline follows any curve closely; it counts where it does so to the last.
+    loss, scores = search.linearised_with_candidates(current).in_place_of(entries)
+    # A spline approximates any curve closely: it counts only where it recovers the loss completely.
     limits = search.settings.replacement
-    close = limits.surely_apart * margin
-    near = close, limits.nearly_all * loss + close
-    return any(loss - score.gain < near[score.hypothesis.searched == 0] for score in scores)
+    negligible_loss = limits.surely_apart * margin
+    tolerated_loss = negligible_loss, limits.nearly_all * loss + negligible_loss
+    return any(loss - score.gain < tolerated_loss[score.hypothesis.searched_parameters == 0] for score in scores)
 
 
-def stand_ins_for(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:
-    """Hypotheses that do about the same to the motion as a group of parts: so the rivals of a large effect show.
+def collinear_candidates(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:
+    """Hypotheses whose sensitivities are nearly collinear with those of a group of parts.
 
-    Where a large effect was struck out, the fit without it has moved so far that scores rank what follows the rest
-    of the misfit, not what could take its place.
+    The fit without a large effect is so far off that its scores rank hypotheses by the remaining misfit, not by how
+    well they could replace the effect.
     """
     effects = [part.active for part in group if part.active is not None]
     if not effects or any(not isinstance(active.effect, OutputEffect | InputEffect) for active in effects):
         return []
     entries = [part.entry for part in group if part.entry is not None]
-    loss, scores = search.about(current).in_place_of(entries, effects)
+    loss, scores = search.linearised_with_candidates(current).in_place_of(entries, effects)
     return shortlisted(
         search, [score for score in scores if score.gain > search.settings.replacement.stand_in_share * loss]
     )
 
 
-def rivals_of(search: StructureSearch, scores: Sequence[Score], group: Sequence[Part]) -> list[Score]:
-    """Hypotheses whose score, of those where a group was struck out, is not far below the group's own."""
+def competing_candidates(search: StructureSearch, scores: Sequence[Score], group: Sequence[Part]) -> list[Score]:
+    """Hypotheses whose score without a group is not far below the group's own."""
     labels = {part.label for part in group}
 
     def is_own(hypothesis: Hypothesis) -> bool:
-        alike = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
-        return hypothesis.label in labels or bool(alike)
+        is_same_step_change = group[0].time and hypothesis.time and hypothesis.kind == group[0].label[0]
+        return hypothesis.label in labels or bool(is_same_step_change)
 
     own = [s.gain for s in scores if is_own(s.hypothesis)]
     others = [s for s in scores if not is_own(s.hypothesis)]
@@ -177,10 +190,10 @@ def rivals_of(search: StructureSearch, scores: Sequence[Score], group: Sequence[
     return shortlisted(search, [score for score in others if score.gain > least])
 
 
-def jumps_alike(search: StructureSearch, group: Sequence[Part]) -> list[Score]:
-    """Other kinds of sudden change at the moment of one that was found.
+def simultaneous_step_changes(search: StructureSearch, group: Sequence[Part]) -> list[Score]:
+    """Other kinds of step change at the instant of one that was found.
 
-    Where a jump was struck out the fit has moved so far that scores no longer show its moment.
+    The fit without the step change is so far off that its scores no longer show the instant.
     """
     time, found = group[0].time, group[0].active
     if time is None or found is None:
@@ -195,39 +208,44 @@ def jumps_alike(search: StructureSearch, group: Sequence[Part]) -> list[Score]:
     return [Score(each, 0.0, (0.0,) * each.parameters, 0.0) for each in nearest.values()]
 
 
-def within_reach(
+def indistinguishable_findings(
     search: StructureSearch, current: Refinement, reduced: Refinement, trials: Sequence[Refinement]
 ) -> list[Finding]:
-    """Those trials that the data hardly tell from the chosen estimate."""
+    """Findings of those trials whose penalised cost is within the margin of indifference of the chosen estimate's."""
     base = {part.label for part in search.parts(reduced, None)}
     chosen = [part.label for part in search.parts(current, None) if part.label not in base]
     if not chosen:
         return []
-    margin = margin_of(search, current, set(chosen))
+    margin = indifference_margin(search, current, set(chosen))
     base.update(chosen)
     found: list[Finding] = []
     for trial in trials:
-        # What is rarer loses a tie, and is as much within reach as before.
-        loss = search.price(trial) - search.rareness(trial) - search.price(current) + search.rareness(current)
+        # Rarity decides between equal fits, and makes an alternative no more distinguishable.
+        loss = (
+            search.penalised_cost(trial)
+            - search.rarity_penalty(trial)
+            - search.penalised_cost(current)
+            + search.rarity_penalty(current)
+        )
         if loss < margin:
-            uncertainty = search.rough_deviations(trial)
+            uncertainty = search.quick_deviations(trial)
             least = search.settings.replacement.listed
             others = [
                 part for part in search.parts(trial, uncertainty) if part.label not in base and part.ratio > least
             ]
-            place = named(chosen[0])
+            replaced_part = named(chosen[0])
             found.extend(
-                replace(finding_of(search, part, -loss, place), fit=trial, worse_by=loss, margin=margin)
+                replace(finding_from_part(search, part, -loss, replaced_part), fit=trial, worse_by=loss, margin=margin)
                 for part in others
             )
     return found
 
 
-def margin_of(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
-    """Difference in price that decides nothing: wider where coloured residuals widen these parts' variance."""
-    return search.settings.reach * inflation_of_parts(search, current, labels)
+def indifference_margin(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+    """Insignificant difference in penalised cost, multiplied by the parts' variance inflation by coloured residuals."""
+    return search.settings.reach * inflation_of_labels(search, current, labels)
 
 
-def inflation_of_parts(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
-    """By how much coloured residuals widen the variance of some parts, at least 1."""
-    return inflation_of(search, current, search.rough_deviations(current), labels)
+def inflation_of_labels(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
+    """Variance inflation of the parts of some labels by coloured residuals, at least 1."""
+    return variance_inflation(search, current, search.quick_deviations(current), labels)

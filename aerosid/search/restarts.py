@@ -9,96 +9,107 @@ import numpy as np
 
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.contest import begun, contest
+from aerosid.estimation.competing_fits import evaluated_starts, fit_competing_structures
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.estimation.score_test import Score
-from aerosid.search.command_filters import FILTERS
+from aerosid.search.noise_filtering import NOISE_AVERAGING_KINDS
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.trial_fits import start_with
+from aerosid.search.trial_fits import start_with_hypothesis
 
 
-def afresh(search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float) -> list[Start]:
-    """Starts from the declared numbers, where what is missing is gross; `level`: a price that is reached already.
+def restarts_from_declared_values(
+    search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float
+) -> list[Start]:
+    """Starts from the declared values, where the residual is gross; `level`: the penalised cost reached already.
 
-    The re-estimated ones then imitate it: from there the way to the truth may lead uphill, and scores mislead. So
-    all that is far from linear is asked too, whatever its score.
+    The re-estimated derivatives then compensate a large missing effect: a local minimum of the cost, at which scores
+    mislead. So every noise-averaging kind (lag, time delay, rate limit) is tried too, whatever its score.
     """
-    # Gusts and forces of any shape leave no gross residual to be led astray by.
-    if search.given is None or not search.is_gross(current) or current.is_disturbed:
+    # With gusts and unmodelled forces no gross residual remains.
+    if search.declared_values is None or not search.has_gross_residual(current) or current.is_disturbed:
         return []
-    numbers = {entry: search.given.value(entry) for entry in search.declared.free if entry in search.given.entries}
+    declared = {
+        entry: search.declared_values.value(entry)
+        for entry in search.declared.free
+        if entry in search.declared_values.entries
+    }
     values = current.model.values.copy()
-    for entry, value in numbers.items():
+    for entry, value in declared.items():
         values[current.model.index(entry)] = value
-    untouched = replace(current, model=current.model.with_values(values))
-    asked = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in FILTERS]
-    filters = [h for h in search.open_hypotheses(current) if h.kind in FILTERS]
-    starts = profiled(search, untouched, filters, level)
-    for hypothesis, trial in asked:
+    at_declared_values = replace(current, model=current.model.with_values(values))
+    candidates = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in NOISE_AVERAGING_KINDS]
+    noise_averaging = [h for h in search.candidate_hypotheses(current) if h.kind in NOISE_AVERAGING_KINDS]
+    starts = profile_starts(search, at_declared_values, noise_averaging, level)
+    for hypothesis, trial in candidates:
         effects = tuple(
             replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
             for a in hypothesis.effects
         )
         score = Score(replace(hypothesis, effects=effects), 0.0, (0.0,) * hypothesis.parameters, 0.0, trial)
-        starts.append(replace(start_with(search, untouched, score), states=None))
+        starts.append(replace(start_with_hypothesis(search, at_declared_values, score), states=None))
     return starts
 
 
-def worth_restarting(
+def restart_candidates(
     search: StructureSearch, current: Refinement, shortlist: Sequence[Score], trials: Sequence[Refinement], level: float
 ) -> list[Score]:
-    """The hypotheses that may come to more from the declared numbers than their own trial did, at the price `level`.
+    """The hypotheses whose fit may improve from the declared values; `level`: the best penalised cost of the trials.
 
-    A term is linear in its number, and where it begins moves little of where it ends: one whose trial stayed far behind
-    the best is not asked again. `trials`: those of the shortlist, in its order.
+    The response is linear in a term's coefficient, so that the start hardly changes the final fit: a term whose trial
+    stayed far behind the best is not tried again. `trials`: those of the shortlist, in its order.
     """
-    behind = search.settings.trials.restart_share * (search.price(current) - level)
+    tolerated = search.settings.trials.restart_share * (search.penalised_cost(current) - level)
     return [
         score
         for score, trial in zip(shortlist, trials, strict=True)
-        if score.hypothesis.effects or search.price(trial) <= level + behind
+        if score.hypothesis.effects or search.penalised_cost(trial) <= level + tolerated
     ]
 
 
-def profiled(
-    search: StructureSearch, untouched: Refinement, hypotheses: Sequence[Hypothesis], level: float
+def profile_starts(
+    search: StructureSearch, at_declared_values: Refinement, hypotheses: Sequence[Hypothesis], level: float
 ) -> list[Start]:
-    """Where the fit of each effect of a control begins: the likeliest of many values, all else estimated at each.
+    """Starts of the fits of control effects from the maximum of the profile likelihood over a grid of values.
 
-    A surface that is far behind its record is at times on the wrong side of every step, and only from a limit or a
-    lag near the true one does the likelihood lead there. At each value the linearisation at the numbers that all begin
-    with says how likely it will be; the most promising few are followed.
+    A surface that lags far behind its record is at times on the wrong side of every step, and the likelihood has its
+    maximum there only if the fit starts from a limit or a lag near the true one. At each value the linearisation at the
+    common start predicts the likelihood; the best few by that prediction are fitted.
     """
     settings = search.settings.trials
-    starts, owners = [], []
+    starts, trial_effects = [], []
     for hypothesis in hypotheses:
         (active,) = hypothesis.effects
         parameter = active.effect.parameters[0]
-        late = [trial for trial in parameter.trials if trial > 0.0]
-        last = min(settings.profile_reach * max(late), 0.99 * parameter.highest)
-        for value in np.geomspace(min(late), last, settings.profile):
-            tried = replace(active, values=(float(value),))
-            effects = (*untouched.effects, frozen(tried))
-            model = with_columns_of(untouched.model, effects)
-            starts.append(Start(model, untouched.free, effects, None, untouched.variance))
-            owners.append(tried)
+        positive = [trial for trial in parameter.trials if trial > 0.0]
+        last = min(settings.profile_reach * max(positive), 0.99 * parameter.highest)
+        for value in np.geomspace(min(positive), last, settings.profile):
+            trial_effect = replace(active, values=(float(value),))
+            effects = (*at_declared_values.effects, frozen(trial_effect))
+            model = with_columns_of(at_declared_values.model, effects)
+            starts.append(Start(model, at_declared_values.free, effects, None, at_declared_values.variance))
+            trial_effects.append(trial_effect)
     if not starts:
         return []
-    begins = begun(starts, search.manoeuvres, TRIAL)
-    owned = {h.key: [n for n, tried in enumerate(owners) if tried.name == (h.kind, h.where)] for h in hypotheses}
-    promising = {
-        key: sorted(own, key=lambda n: (begins[n].promised, n))[: settings.profile_followed]
+    evaluated = evaluated_starts(starts, search.manoeuvres, TRIAL)
+    owned = {
+        h.key: [n for n, trial_effect in enumerate(trial_effects) if trial_effect.name == (h.kind, h.where)]
+        for h in hypotheses
+    }
+    most_promising = {
+        key: sorted(own, key=lambda n: (evaluated[n].predicted_cost, n))[: settings.profile_followed]
         for key, own in owned.items()
     }
-    followed = sorted(n for own in promising.values() for n in own)
-    chosen = [begins[n].start for n in followed]
-    ends = contest(chosen, search.manoeuvres, TRIAL, [search.fare(start) for start in chosen], level, near=False)
-    fits = dict(zip(followed, ends, strict=True))
+    followed = sorted(n for own in most_promising.values() for n in own)
+    chosen = [evaluated[n].start for n in followed]
+    final_fits = fit_competing_structures(
+        chosen, search.manoeuvres, TRIAL, [search.penalty(start) for start in chosen], level, near=False
+    )
+    fits = dict(zip(followed, final_fits, strict=True))
     found = []
-    for own in promising.values():
+    for own in most_promising.values():
         n = min(sorted(own), key=lambda place: fits[place].cost)
-        effects = (*untouched.effects, owners[n])
-        found.append(Start(fits[n].model, untouched.free, effects, fits[n].states, fits[n].variance))
+        effects = (*at_declared_values.effects, trial_effects[n])
+        found.append(Start(fits[n].model, at_declared_values.free, effects, fits[n].states, fits[n].variance))
     return found

@@ -8,36 +8,36 @@ from dataclasses import replace
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.search.attribution import Attribution
 from aerosid.search.equation_error_attribution import with_initial_states
-from aerosid.search.final_significance import significant
-from aerosid.search.finding_rows import findings_of
+from aerosid.search.final_significance import eliminate_by_wald_test
+from aerosid.search.finding_evidence import findings_with_p_values
 from aerosid.search.structure_search import StructureSearch
 from aerosid.signals.restricted_least_squares import restricted_least_squares
 
 
 def restricted_estimate(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The findings and the estimate with some entries fixed, by the estimator that the findings are from.
+    """The attribution with some entries fixed, by the estimator that its findings are from.
 
     Parameters
     ----------
     found : Attribution
         With these entries free.
     values : mapping of Entry to float
-        What they are fixed at, in the coefficient's unit.
+        Their fixed values, in the coefficient's unit.
     search : StructureSearch
         The flights that were fitted, with the settings.
 
     Raises
     ------
     EstimationError
-        Where the others cannot be estimated beside them.
+        Where the others cannot be estimated with them.
     """
     if found.regressed:
         return _restricted_regression(found, values, search)
-    return significant(_restricted_likelihood(found, values, search), search)
+    return eliminate_by_wald_test(_restricted_likelihood(found, values, search), search)
 
 
 def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The maximum-likelihood estimate of the others, from where all were free."""
+    """The maximum-likelihood estimate of the others, started from that with all free."""
     completed = found.completed
     numbers = completed.model.values.copy()
     for entry, value in values.items():
@@ -45,19 +45,19 @@ def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], se
     places = [n for n, entry in enumerate(completed.free) if entry not in values]
     free = tuple(completed.free[n] for n in places)
     start = replace(completed, model=completed.model.with_values(numbers), free=free)
-    restricted = found.estimated_anew(start, search.manoeuvres)
+    restricted = found.re_estimated(start, search.manoeuvres)
     uncertainty = found.completed_deviations.of_entries(places)
-    beside = found.filter_error
-    if beside is not None:
-        beside = replace(beside, values=beside.values[places], deviations=beside.deviations[places])
-    findings = findings_of(search, restricted, uncertainty)
+    with_forces = found.filter_error
+    if with_forces is not None:
+        with_forces = replace(with_forces, values=with_forces.values[places], deviations=with_forces.deviations[places])
+    findings = findings_with_p_values(search, restricted, uncertainty)
     return replace(
-        found, completed=restricted, completed_deviations=uncertainty, filter_error=beside, findings=findings
+        found, completed=restricted, completed_deviations=uncertainty, filter_error=with_forces, findings=findings
     )
 
 
 def _restricted_regression(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
-    """The regression of the others, and its simulation with initial states of its own; effects keep their numbers."""
+    """The restricted regression of the others, simulated with its own initial states; effects keep their values."""
     completed, uncertainty = found.completed, found.completed_deviations
     covariance = uncertainty.covariance if uncertainty.beside_effects is None else uncertainty.beside_effects
     fixed = [n for n, entry in enumerate(completed.free) if entry in values]

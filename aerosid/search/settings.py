@@ -1,7 +1,7 @@
 """Settings of the structure search: every threshold with quantity, unit, effect and source.
 
-Where the source names data, the number was found by trial on them, and they are no evidence for it; what was chosen by
-reasoning or convention says so. `docs/limits.md` lists the data.
+Where the source names data, the value was tuned on them, so that they are no evidence for it; values chosen by
+reasoning or convention are marked so. `docs/limits.md` lists the data.
 """
 
 from __future__ import annotations
@@ -11,38 +11,39 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """Which hypotheses are worth a fit, and where the fits begin.
+    """Selection of the hypotheses for trial fits, and the starts of the fits.
 
     Attributes
     ----------
     unlike_share : float
-        Share of the best score, 1, from which a kind whose effect is far from linear in its number is fitted too. Less
-        costs fits, more loses rate limits behind terms that only follow them. Found on the simulated flights of
+        Fraction of the best score, 1, from which a kind far from linear in its parameter is fitted too. Less costs
+        fits, more loses rate limits behind terms that only imitate them. Found on the simulated flights of
         `tests/planted`.
     spline_share : float
-        Share of the best score, 1, from which a spline is fitted beside simpler terms: it follows any curve closely.
-        Chosen.
+        Fraction of the best score, 1, from which a spline is fitted together with simpler terms: it approximates any
+        curve closely. Chosen.
     gross : float
-        Times a channel's noise, 1, from which a residual may have drawn every estimate far off, and the search begins
-        from the declared numbers too. Chosen: three standard deviations.
+        Ratio of a residual to the channel's noise, 1, above which every estimate may be far off, and the search is
+        restarted from the declared values. Chosen: three standard deviations.
     restart_share : float
-        Share, 1, of what the best trial saves, by which that of a term may stay behind it and the term still be asked
-        from the declared numbers. Those further behind came nearer there by at most three tenths of that: found on 39
+        Fraction, 1, of the best trial's gain by which a term's trial may stay behind it and the term still be restarted
+        from the declared values. Terms further behind improved there by at most three tenths of that: found on 39
         simulated practice flights in calm and in moving air.
     profile : int
-        Values of an effect of a control at which all else is estimated, so that neighbours differ by less than twice.
-        Chosen; the cost is linear in it.
+        Values of a control effect at which everything else is estimated (profile likelihood), so that neighbours differ
+        by less than a factor of two. Chosen; the cost is linear in it.
     profile_followed : int
-        How many of those values are followed: those where the first linearisation promises most. On 40 flights of
-        `benchmarks/detection.py --plant gross`, seed 921, the same is named with the same numbers as where all are.
+        Number of those values whose fits are completed: those of the best likelihood predicted by the first
+        linearisation. On 40 flights of `benchmarks/detection.py --plant gross`, seed 921, the findings and their values
+        are the same as where all fits are completed.
     profile_reach : float
-        Times the largest trial value, 1, up to which they go. Found on the simulated hard flights of `tests/planted`,
+        Largest of those values over the largest trial value, 1. Found on the simulated hard flights of `tests/planted`,
         with a surface seconds behind its record.
     calm_left : float
-        Share, 1, of what averaging a noisy record brings that a better average could still bring: a lag must bring more
-        to be one. Found on the simulated flights with noisy elevators of `tests/planted`.
+        Fraction, 1, of the gain from averaging a noisy record that a better average could still add: a lag must gain
+        more. Found on the simulated flights with noisy elevators of `tests/planted`.
     jump_spacing : float
-        Steps of the grid of moments within which two sudden changes are one: the second mends the edge of the first.
+        Steps of the grid of instants within which two step changes are one: the second corrects the first's instant.
         Chosen.
     """
 
@@ -59,17 +60,18 @@ class TrialSettings:
 
 @dataclass(frozen=True)
 class DisturbanceSettings:
-    """Searches beside gusts and beside forces of any shape.
+    """Searches in the presence of gusts and of unmodelled forces.
 
     Attributes
     ----------
     beside_gusts : int
-        How many may enter beside gusts that kinematics show, before flow separation is asked and all else without
-        them. Found on the simulated hard flights of `tests/planted`; each more costs a round.
+        Largest number of hypotheses that enter in the presence of gusts shown by kinematics, before flow separation is
+        tried and all others without gusts. Found on the simulated hard flights of `tests/planted`; each more costs a
+        round.
     no_imitation : float
-        Rise of -2 ln L for each measured value, 1, that no wrong name makes good: residuals 2.5 times as large (2 ln
-        2.5 = 1.8). Forces of any shape follow a stall, a trim change and thrust too and leave none of them standing;
-        what brings the residual in open loop down so far is kept. Found on the ATTAS stall, HFB-320 and Citation
+        Rise of -2 ln L for each measured value, 1, that no false effect recovers: residuals 2.5 times as large (2 ln
+        2.5 = 1.8). Unmodelled forces follow a stall, a trim change and thrust too, which are then eliminated; parts
+        that reduce the open-loop residual by so much are retained. Found on the ATTAS stall, HFB-320 and Citation
         recordings.
     """
 
@@ -79,21 +81,21 @@ class DisturbanceSettings:
 
 @dataclass(frozen=True)
 class SeparationSettings:
-    """When flow separation is asked, and what may enter beside it.
+    """Conditions under which flow separation is tried, and the number of hypotheses that enter with it.
 
     Attributes
     ----------
     beside : int
-        How many may enter beside flow separation: each is sought among as many rivals as all that entered before.
-        Found on simulated stalls with a slow sensor, `tests/planted`.
+        Largest number of hypotheses that enter after flow separation: each is selected among as many candidates as all
+        that entered before. Found on simulated stalls with a slow sensor, `tests/planted`.
     after : int
-        How many may enter where separation came first, as few as beside gusts. Found on the ATTAS stall recording.
+        The same where separation enters first, as few as with gusts. Found on the ATTAS stall recording.
     patches : int
-        Names that together may be a likeness of something else: the lift of a stall alone bends as two of them. Found
-        on the simulated hard flights of `tests/planted` and the ATTAS stall recording.
+        Number of terms that together may imitate flow separation: the lift of a stall alone resembles two of them.
+        Found on the simulated hard flights of `tests/planted` and the ATTAS stall recording.
     likeness : float
-        Share, 1, of what its likeness brings that separation must bring too, for others to be sought beside it. Found
-        on the same flights; less searches doubtful ones for minutes.
+        Fraction, 1, of the imitating parts' gain that separation must reach, for others to be tried with it. Found on
+        the same flights; less spends minutes on doubtful ones.
     """
 
     beside: int = 1
@@ -104,19 +106,19 @@ class SeparationSettings:
 
 @dataclass(frozen=True)
 class RefutationSettings:
-    """What flights that were not fitted refute.
+    """Elimination by cross-validation on flights that were not fitted.
 
     Attributes
     ----------
     certain : float
-        Squared errors in units of the noise, 1, by which a prediction must be worse: five deviations of one sample.
-        Chosen.
+        Squared errors in units of the noise, 1, by which a prediction must be worse: five standard deviations of one
+        sample. Chosen.
     share : float
-        Share, 1, of the whole by which it must be worse too: a model that is wrong elsewhere predicts a little better
-        or worse by chance. Found on the simulated flights of `tests/planted`.
+        Fraction, 1, of the total by which it must be worse too: a model with other errors predicts a little better or
+        worse by chance. Found on the simulated flights of `tests/planted`.
     share_in_gusts : float
-        The same where a disturbance is among what was found: no open-loop simulation follows it, and chance is more.
-        Found on simulated stalls in gusts, `tests/planted`.
+        The same where the structure holds a disturbance, which no open-loop simulation follows: random differences are
+        larger. Found on simulated stalls in gusts, `tests/planted`.
     """
 
     certain: float = 25.0
@@ -125,17 +127,17 @@ class RefutationSettings:
 
 
 @dataclass(frozen=True)
-class OddSensorSettings:
-    """When a fault of one sensor, whose channel alone is left wrong, is no fault.
+class InconsistentSensorSettings:
+    """Elimination of an error of a single inconsistent sensor, whose channel alone keeps a residual.
 
     Attributes
     ----------
     odd : float
-        Times its noise, 1, that the channel must be off with the fault for it to be dropped. Found on the simulated
-        hard flights of `tests/planted`.
+        Ratio, 1, of the channel's residual with the sensor error to its noise from which the error is eliminated. Found
+        on the simulated hard flights of `tests/planted`.
     mostly : float
-        Times what is left, 1, that the channel must be off without the fault for it to be named all the same: it says
-        most. Found on the same flights.
+        Ratio, 1, of the channel's residual without the sensor error to that with it from which the error is retained
+        all the same, as it explains most. Found on the same flights.
     """
 
     odd: float = 2.0
@@ -144,26 +146,27 @@ class OddSensorSettings:
 
 @dataclass(frozen=True)
 class ReplacementSettings:
-    """Which rivals are fitted in the place of what was found.
+    """Selection of the competing hypotheses that are fitted in place of a found part.
 
     Attributes
     ----------
     nearly_all : float
-        Share, 1, of the loss that a rival may leave and still be fitted: second order errs by less where it wins back
-        most. Chosen.
+        Fraction, 1, of the loss that a competitor may leave and still be fitted: the error of the second-order
+        expansion is less where it recovers most. Chosen.
     stand_in_share : float
-        Share, 1, of the loss, linear in the number of an effect that is not, from which a stand-in is fitted. Found on
-        flights with a late vane: those of `tests/`, and the Twin Otter recording.
+        Fraction, 1, of the loss, linearised for an effect that is nonlinear, from which a collinear hypothesis is
+        fitted. Found on flights with a late vane: those of `tests/`, and the Twin Otter recording.
     rival_share : float
-        Share, 1, of the chosen one's score from which another hypothesis is fitted in its place. Chosen; less costs
+        Fraction, 1, of the found part's score from which another hypothesis is fitted in its place. Chosen; less costs
         fits.
     otherwise_good : float
-        Share, 1, of what a hypothesis brings in the place of a part from which, brought beside it, it is about
-        something else. Chosen: half.
+        Fraction, 1, of a hypothesis' gain in place of a part from which its gain in addition to the part shows that it
+        explains something else. Chosen: half.
     surely_apart : float
-        Times the difference in price that decides nothing, 1, within which a rival of a small effect is fitted. Chosen.
+        Times the insignificant difference in penalised cost, 1, within which a competitor of a small effect is fitted.
+        Chosen.
     listed : float
-        Own deviations from the null value, 1, from which a part of a rival structure is listed. Convention: two.
+        t-ratio, 1, from which a part of a competing structure is listed. Convention: two.
     """
 
     nearly_all: float = 0.02
@@ -176,20 +179,20 @@ class ReplacementSettings:
 
 @dataclass(frozen=True)
 class SuggestionSettings:
-    """Terms that a flight suggests and does not prove, and their confirmation by other flights.
+    """Near-significant terms, and their confirmation by validation flights.
 
     Attributes
     ----------
     suggested : float
-        Corrected deviations from zero, 1, from which one candidate, asked for alone, would be believed. Convention of
-        flight test.
+        Corrected t-ratio, 1, from which a single candidate, tested alone, is significant. Convention of flight test.
     tried : int
-        How many are fitted in each coefficient; the best is told, as powers of one variable say much the same. Chosen.
+        Number of terms fitted in each coefficient; the best is reported, as powers of one variable are nearly
+        collinear. Chosen.
     less : float
-        Share, 1, of a coefficient's variance unexplained without a term that may be left with it: less gain is worth no
-        name. Chosen.
+        Largest unexplained variance of a coefficient with the term over that without it, 1: a smaller reduction does
+        not confirm the term. Chosen.
     apart : float
-        Standard errors of their difference, 1, from which two numbers of one term are told to differ. Convention.
+        Standard errors of their difference, 1, from which two estimates of one term are reported to differ. Convention.
     """
 
     suggested: float = 3.0
@@ -199,21 +202,21 @@ class SuggestionSettings:
 
 
 @dataclass(frozen=True)
-class CoefficientRivalSettings:
-    """Terms that one coefficient alone cannot tell from a sensor's or a control's fault.
+class IndistinguishableTermSettings:
+    """Terms that one coefficient alone cannot distinguish from an error of a sensor or control.
 
     Attributes
     ----------
     material : float
-        Share, 1, of a coefficient's unexplained variance that an effect must take away before rivals there are of
+        Fraction, 1, of a coefficient's unexplained variance that an effect must explain before such terms there are of
         interest. Chosen.
     as_good : float
-        Share, 1, of that which a term in the effect's place must take away too, to look the same. Chosen.
+        Fraction, 1, of that variance that a term in the effect's place must explain. Chosen.
     more : float
-        Share, 1, that a term takes away beside the effect from which it is about something else. Chosen.
+        Fraction, 1, explained by a term in addition to the effect from which it explains something else. Chosen.
     corrected : float
-        Share, 1, of the unexplained variance by which an effect may change the coefficient as measured: beyond, its
-        regressions are of two quantities. Chosen.
+        Fraction, 1, of the unexplained variance by which an effect may change the coefficient as measured: beyond, the
+        two regressions have different dependent variables. Chosen.
     rows_each : int
         Measured samples for each free term that a coefficient must have. Convention of regression.
     """
@@ -232,29 +235,29 @@ class AttributionSettings:
     Attributes
     ----------
     false_alarm : float
-        Share of flights with nothing missing in which something may be named, by design.
+        False alarm rate: fraction of flights without a missing effect in which one may be named, by design.
     confirmed : float
-        Share of flights in which a term that was suggested by chance may be confirmed by chance, by design. More than
-        the other share: few flights suggest one.
+        Fraction of flights in which a falsely suggested term may be falsely confirmed, by design. Larger than the false
+        alarm rate, as few flights suggest a term.
     shortlist : int
         Hypotheses that are fitted in each round; the score's ranking is exact only for small effects.
     rounds : int
-        How many may enter; beyond, a flight misses something that is no sum of them.
+        Largest number of hypotheses that enter; beyond, the missing effect is no sum of hypotheses.
     reach : float
-        Difference of -2 ln L, for white residuals, within which another hypothesis counts as not told apart (20:1).
+        Difference of -2 ln L, for white residuals, within which another hypothesis is indistinguishable (20:1).
     price : float
-        What each further number must bring in -2 ln L for one hypothesis to be preferred to a simpler one.
+        Penalty in -2 ln L for each further parameter.
     final_deviations : float
-        By how many of its own final standard errors a named number is at least off none; chosen by convention, as three
-        standard errors are what flight test calls significant.
+        Critical t-ratio of a finding's final estimate; chosen by convention, as three standard errors are significant
+        in flight test.
     disturbances : bool
-        Whether gusts and forces of any shape are considered where something is left.
+        Whether gusts and unmodelled forces are tried where the model is inadequate.
     instruments_compared : bool
-        Whether kinematics judged the instruments before. Where not, after a search among forces of any shape the rivals
-        are compared once more in open loop.
+        Whether kinematics tested the instruments before. Where not, after a search with unmodelled forces the competing
+        structures are compared once more in open loop.
     air_judged : bool
-        Whether kinematics judged the air before. Where not, a gust is asked first if it alone says more than the first
-        thing that could enter: half of the time of a search.
+        Whether kinematics tested the air before. Where not, a gust is tried first if it alone gains more than the first
+        hypothesis that could enter: half of the time of a search.
     trials, gusts, separation, refutation, odd_sensor, replacement, suggestion, coefficient_rivals
         Settings of the parts of the search.
     """
@@ -273,7 +276,7 @@ class AttributionSettings:
     gusts: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     separation: SeparationSettings = field(default_factory=SeparationSettings)
     refutation: RefutationSettings = field(default_factory=RefutationSettings)
-    odd_sensor: OddSensorSettings = field(default_factory=OddSensorSettings)
+    odd_sensor: InconsistentSensorSettings = field(default_factory=InconsistentSensorSettings)
     replacement: ReplacementSettings = field(default_factory=ReplacementSettings)
     suggestion: SuggestionSettings = field(default_factory=SuggestionSettings)
-    coefficient_rivals: CoefficientRivalSettings = field(default_factory=CoefficientRivalSettings)
+    coefficient_rivals: IndistinguishableTermSettings = field(default_factory=IndistinguishableTermSettings)

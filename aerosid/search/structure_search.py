@@ -1,8 +1,8 @@
 """Structure search by penalised likelihood: hypotheses, penalty of a structure, critical t-ratio.
 
-A hypothesis (a term, a sensor's or control's fault, a sudden change) enters where three things hold: among all its fit
-is the most likely, its deviation corrected for coloured residuals leaves no doubt after counting how many were looked
-at, and it stays so beside everything else that entered.
+A hypothesis (a term, an error of a sensor or control, a step change) enters where its fit has the least penalised cost
+of all, its t-ratio, corrected for coloured residuals, exceeds the critical value for the number of hypotheses tested
+(Bonferroni), and does so together with every other part that entered.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
-from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_numbers
+from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_parameters
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.sudden import is_sudden, moment
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
 from aerosid.estimation.fit_settings import TRIAL
@@ -32,35 +32,35 @@ from aerosid.flight_model.terms import Term
 from aerosid.search.findings import Part
 from aerosid.search.settings import AttributionSettings
 
-UNLIKE_THEIR_SCORE = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
-"""Kinds whose effect is far from linear in their number."""
+NONLINEAR_KINDS = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
+"""Kinds whose effect is far from linear in their parameter."""
 
 
 class StructureSearch:
-    """One set of hypotheses on one set of manoeuvres, the price of an estimate, and what the last ones told."""
+    """Hypotheses on a set of manoeuvres, the penalised cost of an estimate, and stored intermediate fits."""
 
     def __init__(
         self,
         manoeuvres: tuple[Manoeuvre, ...],
         hypotheses: tuple[Hypothesis, ...],
-        stepping: tuple[str, ...],
+        step_coefficients: tuple[str, ...],
         declared: Refinement,
         settings: AttributionSettings,
         given: AerodynamicModel | None = None,
     ) -> None:
-        self.given = given
+        self.declared_values = given
         self.manoeuvres = manoeuvres
-        self.stepping = stepping
+        self.step_coefficients = step_coefficients
         self.hypotheses = hypotheses
         self.declared = declared
-        self.given_entries = frozenset(declared.free)
+        self.declared_entries = frozenset(declared.free)
         self.settings = settings
-        self.linearised: tuple[Refinement, Linearised] | None = None
-        self.plain: tuple[Refinement, Linearised] | None = None
-        self.rough: tuple[Refinement, Deviations] | None = None
-        self.unexplained: tuple[Refinement, tuple[str, ...]] | None = None
-        self.struck: dict[tuple[tuple[Entry, ...], tuple[str, ...]], Refinement] = {}
-        self.noise = np.sqrt(self.noise_level(declared))
+        self.last_linearised: tuple[Refinement, Linearised] | None = None
+        self.last_linearised_alone: tuple[Refinement, Linearised] | None = None
+        self.last_deviations: tuple[Refinement, Deviations] | None = None
+        self.last_unexplained: tuple[Refinement, tuple[str, ...]] | None = None
+        self.reduced_fits: dict[tuple[tuple[Entry, ...], tuple[str, ...]], Refinement] = {}
+        self.noise = np.sqrt(self.noise_variances(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
     @property
@@ -69,69 +69,69 @@ class StructureSearch:
         return sum(int(np.isfinite(manoeuvre.flight.measured).sum()) for manoeuvre in self.manoeuvres)
 
     @property
-    def separating(self) -> tuple[str, ...]:
-        """Coefficients that flow separation moves: along x, across it and in pitch; none unless all are modelled."""
-        stepping = tuple(name for name in self.stepping if is_symmetric(name))
-        return stepping if len(stepping) == len(LONGITUDINAL.coefficients) else ()
+    def separation_coefficients(self) -> tuple[str, ...]:
+        """Coefficients that flow separation changes: along x, across it and in pitch; none unless all are modelled."""
+        step_coefficients = tuple(name for name in self.step_coefficients if is_symmetric(name))
+        return step_coefficients if len(step_coefficients) == len(LONGITUDINAL.coefficients) else ()
 
-    def noise_level(self, start: Refinement) -> NDArray[np.float64]:
-        """The logs' own noise variances: a disturbance, not the sensors, is to take what the model leaves."""
+    def noise_variances(self, start: Refinement) -> NDArray[np.float64]:
+        """The logs' own noise variances, so that a disturbance, not sensor noise, takes in the model error."""
         squares = np.nan_to_num(np.array([manoeuvre.noise**2 for manoeuvre in self.manoeuvres]))
         known = np.count_nonzero(squares, axis=0)
         return np.where(known > 0, squares.sum(axis=0) / np.maximum(known, 1), start.variance)
 
-    def is_gross(self, current: Refinement) -> bool:
+    def has_gross_residual(self, current: Refinement) -> bool:
         """Whether some channel's residual is many times its noise."""
         return bool(
             np.any(np.sqrt(current.variance) > self.settings.trials.gross * np.nan_to_num(self.noise, nan=np.inf))
         )
 
-    def is_doubtful(self, current: Refinement) -> bool:
-        """Whether flow separation or disturbances may say it better: the model is still wrong, or is a staircase.
+    def is_inadequate(self, current: Refinement) -> bool:
+        """Whether a residual remains, or the model is a staircase, so that flow separation or disturbances are tried.
 
-        One sudden change is one event. Several on a flight follow whatever comes and goes, as a staircase does.
+        One step change is one event. Several on a flight approximate any slow variation by a staircase.
         """
         if current.held_to_data > 0.0:
             return False
-        moments = {(active.log, round(moment(active))) for active in current.effects if is_sudden(active)}
-        logs = [log for log, _ in moments]
-        staircase = any(logs.count(log) > 1 for log in logs)
-        return staircase or bool(self.unexplained_channels(current))
+        instants = {(active.log, round(instant_of(active))) for active in current.effects if is_step_change(active)}
+        logs = [log for log, _ in instants]
+        is_staircase = any(logs.count(log) > 1 for log in logs)
+        return is_staircase or bool(self.unexplained_channels(current))
 
     def unexplained_channels(self, current: Refinement) -> tuple[str, ...]:
-        """The channels where an estimate is still wrong; those of the last one are kept."""
-        if self.unexplained is None or self.unexplained[0] is not current:
-            self.unexplained = current, unexplained_channels(current, self.manoeuvres)
-        return self.unexplained[1]
+        """The channels with a residual above noise; those of the last estimate are stored."""
+        if self.last_unexplained is None or self.last_unexplained[0] is not current:
+            self.last_unexplained = current, unexplained_channels(current, self.manoeuvres)
+        return self.last_unexplained[1]
 
-    def price(self, trial: Refinement, inflation: float = 1.0) -> float:
+    def penalised_cost(self, trial: Refinement, inflation: float = 1.0) -> float:
         """Penalised -2 ln L of an estimate.
 
-        `inflation`: by how much coloured residuals widen the variance of the parts in question, 1 where they are white;
-        -2 ln L is so many times what independent samples would show, and a rarer name must be shown by those.
+        `inflation`: variance inflation of the parts in question by coloured residuals, 1 where they are white; -2 ln L
+        is so many times that of independent samples, to which the penalty refers.
         """
-        return trial.cost / inflation + self.fare(trial)
+        return trial.cost / inflation + self.penalty(trial)
 
-    def fare(self, trial: Refinement | Start) -> float:
+    def penalty(self, trial: Refinement | Start) -> float:
         """Penalty on the number of parameters of an estimate."""
-        count = len(trial.free) + sum(map(searched_numbers, self.added_terms(trial)))
+        count = len(trial.free) + sum(map(searched_parameters, self.added_terms(trial)))
         count += sum(len(active.values) for active in trial.effects)
-        return self.rareness(trial) + self.settings.price * count
+        return self.rarity_penalty(trial) + self.settings.price * count
 
-    def rareness(self, trial: Refinement | Start) -> float:
-        """What an estimate must bring beyond a commoner one that does the same."""
+    def rarity_penalty(self, trial: Refinement | Start) -> float:
+        """Additional gain that an estimate needs compared with a commoner one of the same fit."""
         rare = sum(map(rarity, self.added_terms(trial)))
         return rare + sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
 
     def added_terms(self, trial: Refinement | Start) -> list[Term]:
         """The terms that are not declared."""
-        return [entry[1] for entry in trial.free if entry not in self.given_entries]
+        return [entry[1] for entry in trial.free if entry not in self.declared_entries]
 
     def parts(self, current: Refinement, uncertainty: Deviations | None) -> list[Part]:
-        """Everything that was added to the declared model, with deviations where they are given."""
+        """Everything that was added to the declared model, with standard deviations where they are given."""
         parts = []
         for n, entry in enumerate(current.free):
-            if entry not in self.given_entries:
+            if entry not in self.declared_entries:
                 error = float(uncertainty.corrected[n]) if uncertainty is not None else 0.0
                 parts.append(Part(entry, None, current.model.value(entry), 0.0, error))
         place = 0
@@ -140,7 +140,7 @@ class StructureSearch:
                 continue  # declared
             errors: tuple[float, ...] = ()
             if isinstance(active.effect, NoiseEffect):
-                error = active.values[0] / np.sqrt(2.0 * self.independent_gusts(active))
+                error = active.values[0] / np.sqrt(2.0 * self.independent_gust_samples(active))
             elif uncertainty is not None:
                 errors = tuple(float(number) for number in uncertainty.effects[place : place + active.slopes])
                 error = errors[0]
@@ -151,7 +151,7 @@ class StructureSearch:
         return parts
 
     def groups(self, current: Refinement) -> list[list[Part]]:
-        """The added parts, jumps at about the same moment together."""
+        """The added parts; step changes at about the same instant form one group."""
         groups: dict[object, list[Part]] = {}
         for part in self.parts(current, None):
             if part.is_disturbance:
@@ -159,70 +159,75 @@ class StructureSearch:
             groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
         return list(groups.values())
 
-    def independent_gusts(self, active: ActiveEffect) -> float:
-        """How many scale lengths the flights crossed: that many samples of the disturbance's size they hold."""
+    def independent_gust_samples(self, active: ActiveEffect) -> float:
+        """Number of scale lengths flown through: the number of independent samples of the disturbance's size."""
         length = 0.0
         for manoeuvre in self.manoeuvres:
             length += float(np.ptp(manoeuvre.flight.time)) * manoeuvre.mean_airspeed
         return max(length / active.values[-1], 1.0)
 
-    def rough_deviations(self, current: Refinement) -> Deviations:
-        """Deviations good enough for a search; those of the last estimate are kept."""
-        if self.rough is None or self.rough[0] is not current:
-            self.rough = current, deviations(current, self.manoeuvres, quick=True)
-        return self.rough[1]
+    def quick_deviations(self, current: Refinement) -> Deviations:
+        """Standard deviations of sufficient accuracy for a search; those of the last estimate are stored."""
+        if self.last_deviations is None or self.last_deviations[0] is not current:
+            self.last_deviations = current, deviations(current, self.manoeuvres, quick=True)
+        return self.last_deviations[1]
 
     def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
-        """Scores of all that the estimate does not hold yet, nor `without` names."""
+        """Scores of the hypotheses that the estimate does not hold, except those of the labels `without`."""
         if not without and current.held_to_data == 0.0:
-            return self.about(current).scores()
-        asked = self.open_hypotheses(current, without)
-        return score_hypotheses(self.asking(current, asked), self.manoeuvres, asked)
+            return self.linearised_with_candidates(current).scores()
+        candidates = self.candidate_hypotheses(current, without)
+        return score_hypotheses(self.with_candidate_columns(current, candidates), self.manoeuvres, candidates)
 
-    def open_hypotheses(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> list[Hypothesis]:
-        """All that the estimate does not hold yet, nor `without` names."""
-        held = {part.label for part in self.parts(current, None)} | set(without)
-        held |= {(*active.name, "") for active in current.effects if active.held}
-        return [h for h in self.hypotheses if h.label not in held and not self.is_near_a_step(h, current)]
+    def candidate_hypotheses(
+        self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()
+    ) -> list[Hypothesis]:
+        """The hypotheses that the estimate does not hold, except those of the labels `without`."""
+        present = {part.label for part in self.parts(current, None)} | set(without)
+        present |= {(*active.name, "") for active in current.effects if active.held}
+        return [h for h in self.hypotheses if h.label not in present and not self.is_near_step_change(h, current)]
 
-    def is_near_a_step(self, hypothesis: Hypothesis, current: Refinement) -> bool:
-        """Whether a step change is so close to one that is held already that it would only mend its edge."""
+    def is_near_step_change(self, hypothesis: Hypothesis, current: Refinement) -> bool:
+        """Whether a step change is so close to one in the estimate that it would only correct its instant."""
         if hypothesis.time is None:
             return False
         manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
         reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / OFFERED.grid
-        jumps = [active for active in current.effects if active.log == manoeuvre.name and is_sudden(active)]
-        return any(abs(moment(active) - hypothesis.time) < reach for active in jumps)
+        step_changes = [active for active in current.effects if active.log == manoeuvre.name and is_step_change(active)]
+        return any(abs(instant_of(active) - hypothesis.time) < reach for active in step_changes)
 
-    def asking(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
+    def with_candidate_columns(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
         """The estimate with the input columns that the effects of some hypotheses fill."""
-        room = self.with_room(current)
+        with_columns = self.with_step_columns(current)
         effects = [active for hypothesis in hypotheses for active in hypothesis.effects]
-        return replace(room, model=with_columns_of(room.model, effects))
+        return replace(with_columns, model=with_columns_of(with_columns.model, effects))
 
-    def with_room(self, current: Refinement) -> Refinement:
+    def with_step_columns(self, current: Refinement) -> Refinement:
         """The estimate with input columns for step changes."""
-        if not self.stepping or current.held_to_data > 0.0:
+        if not self.step_coefficients or current.held_to_data > 0.0:
             return current
-        return replace(current, model=with_offsets(current.model, self.stepping))
+        return replace(current, model=with_offsets(current.model, self.step_coefficients))
 
-    def about(self, current: Refinement) -> Linearised:
-        """The estimate with all that may stand beside it, to second order; that of the last estimate is kept."""
-        if self.linearised is None or self.linearised[0] is not current:
-            asked = self.open_hypotheses(current)
-            self.linearised = current, Linearised(self.asking(current, asked), self.manoeuvres, asked)
-        return self.linearised[1]
+    def linearised_with_candidates(self, current: Refinement) -> Linearised:
+        """Second-order expansion of the likelihood with all candidates; that of the last estimate is stored."""
+        if self.last_linearised is None or self.last_linearised[0] is not current:
+            candidates = self.candidate_hypotheses(current)
+            self.last_linearised = (
+                current,
+                Linearised(self.with_candidate_columns(current, candidates), self.manoeuvres, candidates),
+            )
+        return self.last_linearised[1]
 
-    def near(self, current: Refinement) -> Linearised:
-        """The estimate to second order, with nothing beside it unless that is known already."""
-        for known in (self.linearised, self.plain):
+    def linearised_alone(self, current: Refinement) -> Linearised:
+        """Second-order expansion of the likelihood, without candidates unless one with them is stored."""
+        for known in (self.last_linearised, self.last_linearised_alone):
             if known is not None and known[0] is current:
                 return known[1]
-        self.plain = current, Linearised(current, self.manoeuvres, ())
-        return self.plain[1]
+        self.last_linearised_alone = current, Linearised(current, self.manoeuvres, ())
+        return self.last_linearised_alone[1]
 
-    def struck_out(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
-        """The structure without some parts, the other numbers as they were."""
+    def reduced_structure(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The structure without some parts, the other parameters unchanged."""
         entries = [part.entry for part in parts if part.entry is not None]
         effects = [part.active for part in parts if part.active is not None]
         return replace(
@@ -232,33 +237,33 @@ class StructureSearch:
             effects=tuple(active for active in current.effects if active not in effects),
         )
 
-    def without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
-        """The estimate with parts struck out."""
-        struck = self.struck_out(current, parts)
+    def re_estimated_without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
+        """The re-estimated structure without some parts."""
+        reduced = self.reduced_structure(current, parts)
         entries = [part.entry for part in parts if part.entry is not None]
 
         if current.effects or current.held_to_data > 0.0:
-            return refine_on(struck, self.manoeuvres, TRIAL)
-        known = self.struck.get((struck.free, struck.model.columns))
+            return refine_on(reduced, self.manoeuvres, TRIAL)
+        known = self.reduced_fits.get((reduced.free, reduced.model.columns))
         if known is None:
-            near = self.near(current).without_terms(entries)
-            point = replace(near, values=np.array(struck.model.values))
-            known = refine_on(struck, self.manoeuvres, TRIAL, point=point)
-            known = known if known.converged else refine_on(struck, self.manoeuvres, TRIAL)
-            self.struck[struck.free, struck.model.columns] = known
+            near = self.linearised_alone(current).without_terms(entries)
+            point = replace(near, values=np.array(reduced.model.values))
+            known = refine_on(reduced, self.manoeuvres, TRIAL, point=point)
+            known = known if known.converged else refine_on(reduced, self.manoeuvres, TRIAL)
+            self.reduced_fits[reduced.free, reduced.model.columns] = known
         return known
 
-    def keep(self, trials: Sequence[Refinement]) -> None:
-        """Keep trial fits of terms alone: they have one likeliest set of numbers, wherever the search for it begins."""
+    def store_trials(self, trials: Sequence[Refinement]) -> None:
+        """Store trial fits of terms alone: their maximum of the likelihood does not depend on the start."""
         for trial in trials:
             if trial.converged and not trial.effects and trial.held_to_data == 0.0:
-                known = self.struck.setdefault((trial.free, trial.model.columns), trial)
+                known = self.reduced_fits.setdefault((trial.free, trial.model.columns), trial)
                 if trial.cost < known.cost:
-                    self.struck[trial.free, trial.model.columns] = trial
+                    self.reduced_fits[trial.free, trial.model.columns] = trial
 
     def refined(self, current: Refinement) -> Refinement:
-        """A trial fit continued to its end, from what is known of its likelihood."""
+        """A trial fit continued to convergence, from its stored linearisation."""
         point = None
-        if self.linearised is not None and self.linearised[0] is current and not current.is_disturbed:
-            point = replace(self.linearised[1].with_terms(()), values=np.array(current.model.values))
+        if self.last_linearised is not None and self.last_linearised[0] is current and not current.is_disturbed:
+            point = replace(self.last_linearised[1].with_terms(()), values=np.array(current.model.values))
         return refine_on(current, self.manoeuvres, point=point)

@@ -285,7 +285,7 @@ def _pairs(
         yield _Pair((replace(middle, state=state + move), replace(middle, state=state - move)), 2.0 * step)
     for n, active in enumerate(effects):
         for place, parameter in enumerate(active.effect.parameters):
-            beside = [active.beside(place, sign * parameter.step) for sign in (1.0, -1.0)]
+            beside = [active.perturbed(place, sign * parameter.step) for sign in (1.0, -1.0)]
             upper, lower = (replace(middle, effects=[*effects[:n], other, *effects[n + 1 :]]) for other in beside)
             yield _Pair((upper, lower), beside[0].values[place] - beside[1].values[place])
 

@@ -1,4 +1,4 @@
-"""Flight-path kinematics against SciPy's integrator, and faults planted in simulated flights."""
+"""Flight-path kinematics against SciPy's integrator, and instrument errors in simulated flights."""
 
 from __future__ import annotations
 
@@ -81,12 +81,12 @@ FLOWN = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=15.0, amplitu
 
 @cache
 def flight(seed: int = 1) -> FlightLog:
-    """A pitching manoeuvre of an aircraft with undeclared terms: kinematics must not care."""
+    """A pitching manoeuvre of an aircraft with undeclared terms, on which kinematics do not depend."""
     return FLOWN.fly(seed)
 
 
 def faulty(kind: str, channel: str, value: float) -> FlightLog:
-    """The flight with one instrument wrong; delays and lags act on the noise-free motion, here by interpolation."""
+    """The flight with one instrument error; delays and lags act on the noise-free motion, here by interpolation."""
     log, quiet = flight(), replace(FLOWN, noise=dict.fromkeys(FLOWN.noise, 0.0)).fly(1)
     noise = log[channel] - quiet[channel]
     true = quiet[channel]
@@ -109,7 +109,7 @@ def faulty(kind: str, channel: str, value: float) -> FlightLog:
 
 
 def explanations(result: KinematicConsistency) -> dict[tuple[str, str], InstrumentFinding]:
-    """Findings and what could stand in their place, by kind and channel."""
+    """Findings and their alternatives, by kind and channel."""
     rows = [*result.findings, *(row for group in result.inseparable for row in group[1:])]
     return {(row.kind, row.where): row for row in rows}
 
@@ -137,17 +137,17 @@ PLANTED = [*ONE_OF_A_KIND, *(pytest.param(*case, marks=pytest.mark.slow) for cas
 
 
 @pytest.mark.parametrize(("kind", "channel", "value"), PLANTED)
-def test_a_planted_fault_is_found_with_its_size(kind: str, channel: str, value: float) -> None:
+def test_a_planted_instrument_error_is_found_with_its_size(kind: str, channel: str, value: float) -> None:
     result = check_kinematics([faulty(kind, channel, value)])
     assert result is not None
     assert result.verdict is Agreement.CORRECTED
     found = explanations(result)[kind, channel]
     assert abs(found.value - value) < 4.0 * found.std_error + 0.02 * abs(value - (kind == "sensor_scale"))
-    # All that is named is this fault or what cannot be told from it.
+    # Every finding is this error or one indistinguishable from it.
     assert len(result.findings) == 1
 
 
-def test_two_faults_at_once_are_both_found() -> None:
+def test_two_simultaneous_instrument_errors_are_both_found() -> None:
     both = with_channels(faulty("sensor_delay", "alpha", 0.12), q=faulty("sensor_scale", "q", 1.05)["q"])
     result = check_kinematics([both])
     assert result is not None
@@ -155,8 +155,8 @@ def test_two_faults_at_once_are_both_found() -> None:
     assert len(result.findings) == 2
 
 
-def test_a_bias_of_a_x_and_one_of_theta_stand_for_each_other_and_altitude_names_the_right_one() -> None:
-    """Only the climb tells them apart, and that by 1.5 m/s: a vertical wind of half a metre a second is usual."""
+def test_biases_of_a_x_and_theta_are_indistinguishable_without_altitude() -> None:
+    """Only the climb distinguishes them, and that by 1.5 m/s: a vertical wind of half a metre a second is usual."""
     log = faulty("sensor_bias", "a_x", -0.15)
     with_h, without = check_kinematics([log]), check_kinematics([with_channels(log, h=None)])
     assert with_h is not None
@@ -167,7 +167,7 @@ def test_a_bias_of_a_x_and_one_of_theta_stand_for_each_other_and_altitude_names_
     assert group["sensor_bias", "theta"] == pytest.approx(0.15 / G, abs=0.003)
 
 
-def test_a_gust_is_the_air_s_and_no_instrument_s() -> None:
+def test_a_gust_is_not_named_as_an_instrument_error() -> None:
     log, quiet = flight(), replace(FLOWN, noise=dict.fromkeys(FLOWN.noise, 0.0)).fly(1)
     generator = np.random.default_rng(5)
     memory = np.exp(-100.0 * 0.03 / 150.0)
@@ -205,18 +205,18 @@ def test_gaps_cut_the_record_and_missing_outputs_are_left_out() -> None:
     assert not recording.compared[200:230].any()
 
 
-def test_a_log_without_accelerations_is_not_judged() -> None:
+def test_a_log_without_accelerations_is_not_checked() -> None:
     assert check_kinematics([with_channels(flight(), a_x=None)]) is None
 
 
-def test_every_fault_at_its_null_leaves_the_inputs_alone() -> None:
+def test_every_instrument_error_at_its_null_value_leaves_the_inputs_unchanged() -> None:
     recording = read_recording(flight())
     assert recording is not None
     for offer in sensor_offers(dict.fromkeys(("a_x", "a_z", "q"), 0.01)):
         np.testing.assert_allclose(true_inputs(recording, offer.effects), recording.inputs, atol=1e-12)
 
 
-def test_without_a_recorded_control_a_fault_is_found_by_the_whole_equations() -> None:
+def test_without_a_recorded_control_an_instrument_error_is_found_by_the_kinematic_equations() -> None:
     result = check_kinematics([with_channels(faulty("sensor_delay", "alpha", 0.12), delta_e=None)])
     assert result is not None
     (finding,) = result.findings
@@ -225,7 +225,7 @@ def test_without_a_recorded_control_a_fault_is_found_by_the_whole_equations() ->
 
 
 def alarms(seeds: range) -> int:
-    """Flights with nothing wrong on which something is named: two noise levels, white and coloured noise."""
+    """Flights without instrument errors on which one is named: two noise levels, white and coloured noise."""
     count = 0
     for seed in seeds:
         problem = Problem(undeclared=BOTH_SQUARES, elevator=("3211", "doublet")[seed % 2], duration=12.0)
@@ -243,14 +243,14 @@ def alarms(seeds: range) -> int:
 
 
 def coloured(white: Array) -> Array:
-    """First-order noise of the same deviation, correlated by 0.7 from sample to sample."""
+    """First-order noise of the same standard deviation, correlated by 0.7 from sample to sample."""
     noise = white.copy()
     for k in range(1, noise.size):
         noise[k] = 0.7 * noise[k - 1] + np.sqrt(1.0 - 0.49) * white[k]
     return noise
 
 
-def test_nothing_is_named_where_nothing_is_wrong() -> None:
+def test_nothing_is_named_without_an_instrument_error() -> None:
     """At one flight in a hundred one of six alarms in 6 % of such draws; where every second one would, in 98 %."""
     assert alarms(range(6)) == 0
 

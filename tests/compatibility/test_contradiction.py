@@ -1,4 +1,4 @@
-"""Channels that cannot belong to one motion are named, and nothing else is judged; ordinary flights never are."""
+"""Channels that cannot belong to one motion are named, and nothing else is estimated; ordinary flights have none."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def log() -> FlightLog:
 
 
 @pytest.mark.slow
-def test_a_channel_with_the_wrong_sign_is_named_with_what_mends_it(log: FlightLog) -> None:
+def test_a_channel_with_the_wrong_sign_is_named_with_its_remedy(log: FlightLog) -> None:
     (found,) = judged(with_channels(log, alpha=-log["alpha"]))
     assert found.channels == ("alpha",)
     assert "sign" in found.remedy
@@ -62,7 +62,7 @@ def test_degrees_taken_for_radians_are_named(log: FlightLog, channel: str) -> No
 
 
 @pytest.mark.slow
-def test_an_acceleration_without_its_weight_is_named(log: FlightLog) -> None:
+def test_an_acceleration_in_place_of_specific_force_is_named(log: FlightLog) -> None:
     (found,) = judged(with_channels(log, a_z=log["a_z"] + G))
     assert found.channels == ("a_z",)
     assert "9.81" in found.remedy
@@ -85,13 +85,15 @@ def test_a_channel_of_another_flight_is_named(log: FlightLog, channel: str) -> N
     assert not found.remedy
 
 
-def test_flights_in_order_contradict_nothing_even_in_strong_noise() -> None:
+def test_consistent_flights_have_no_contradiction_even_in_strong_noise() -> None:
     for seed, elevator in enumerate(("3211", "doublet", "none")):
         noise = {name: 4.0 * value for name, value in FLOWN.noise.items()}
         assert not judged(replace(FLOWN, elevator=elevator, noise=noise).fly(seed))
 
 
-def test_a_loop_on_contradicting_channels_judges_no_aerodynamics_and_says_why(log: FlightLog, tmp_path: Path) -> None:
+def test_a_loop_on_contradicting_channels_estimates_no_aerodynamics_and_reports_why(
+    log: FlightLog, tmp_path: Path
+) -> None:
     swapped = replace(with_channels(log, alpha=-log["alpha"]), path="swapped.csv", sha256="0" * 64)
     result = close_loop([swapped], LIGHT)
     assert result.verdict is Verdict.INCONSISTENT_DATA

@@ -1,4 +1,4 @@
-"""Every kind of the catalogue by its own example: slopes against differences, the search, the file given back."""
+"""Every kind of the catalogue by its own example: sensitivities against differences, search, completed file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EXAMPLES = [
     pytest.param(name, planted, id=f"{name} {planted.where}")
     for name, kind in KINDS.items()
     for planted in kind.planted
-    # A sensor's place that pitching shows is estimated by the equations; the likelihood takes it as given.
+    # A sensor position shown by pitching is estimated by equation error; the likelihood holds it.
     if planted.axes == LONGITUDINAL and not isinstance(kind.made(planted.where, planted.numbers, 0.05), PositionEffect)
 ]
 
@@ -57,8 +57,8 @@ def answered(model: AerodynamicModel, manoeuvre: Manoeuvre, effect: ActiveEffect
 
 
 @pytest.mark.parametrize(("name", "planted"), EXAMPLES)
-def test_columns_are_the_slopes_of_the_outputs(name: str, planted: Planted) -> None:
-    """With respect to the effect's numbers, and of ten terms and the initial state through the effect."""
+def test_columns_are_the_sensitivities_of_the_outputs(name: str, planted: Planted) -> None:
+    """With respect to the effect's parameters, and of ten terms and the initial state through the effect."""
     problem = Problem(duration=7.0, interval=0.05, elevator="3211", amplitude=-0.05)
     effect = active(name, planted, 0.05)
     model, manoeuvre = prepared(problem, planted, effect)
@@ -82,7 +82,7 @@ def test_columns_are_the_slopes_of_the_outputs(name: str, planted: Planted) -> N
         wanted.append(slope(lambda s, row=row: answered(model, manoeuvre, effect, state + s * row), size))
     for n in range(effect.slopes):
         size = effect.effect.parameters[n].step
-        wanted.append(slope(lambda s, n=n: answered(model, manoeuvre, effect.beside(n, s), state), size))
+        wanted.append(slope(lambda s, n=n: answered(model, manoeuvre, effect.perturbed(n, s), state), size))
     assert part.columns.shape[2] == len(wanted)
     for n, column in enumerate(wanted):
         size = np.abs(column).max()
@@ -120,8 +120,8 @@ def flown(name: str, planted: Planted) -> FlightLog:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "planted"), [p for p in EXAMPLES if p.values[0] != "gust"])
-def test_the_loop_names_it_and_its_completed_file_lacks_nothing(name: str, planted: Planted) -> None:
-    """But a gust, which moves no mean: tests/test_effects_found.py flies through one.
+def test_the_loop_names_it_and_its_completed_file_is_complete(name: str, planted: Planted) -> None:
+    """Except a gust, which does not change the mean: tests/test_effects_found.py flies through one.
 
     Through the centre of gravity and along x, another factor of thrust is another C_X C_T, the commoner name: it is the
     alternative then.

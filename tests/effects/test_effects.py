@@ -69,8 +69,8 @@ def test_a_delayed_input_keeps_its_corners() -> None:
         (sensor_lag("theta"), (0.3,)),
     ],
 )
-def test_a_corrected_record_is_what_the_sensor_saw(effect: OutputEffect, values: tuple[float, ...]) -> None:
-    """Of a smooth motion, once the lag's start has died away; where the record does not reach nothing is claimed."""
+def test_a_corrected_record_is_the_sensors_input(effect: OutputEffect, values: tuple[float, ...]) -> None:
+    """Of a smooth motion, once the lag's initial transient has decayed; NaN outside the record."""
     seen = 0.05 * np.sin(2.0 * EVEN) + 0.02 * np.cos(5.0 * EVEN)
     record = effect.output(EVEN, seen[:, None], values)[:, 0]
     corrected = effect.corrected(EVEN, record, values)
@@ -94,7 +94,7 @@ def test_a_lagged_ramp_on_uneven_samples_trails_by_its_constant() -> None:
 
 @pytest.mark.parametrize(("samples", "shown"), [(1, 1.5), (10, 1.05)])
 def test_a_rate_limit_counts_from_half_a_sampling_interval_on(samples: int, shown: float) -> None:
-    # The fastest movement lasts so many intervals; where it begins and ends between two samples nobody recorded.
+    # The fastest movement lasts so many intervals; its start and end between two samples are not recorded.
     time = 0.1 * np.arange(60.0)
     values = np.interp(np.arange(60.0), [20.0, 20.0 + samples], [0.0, 0.05])
     (limit,) = (e.parameters[0] for e in control_effects("delta_e", time, values) if e.kind == "control_rate_limit")
@@ -145,7 +145,7 @@ def test_white_noise_through_a_lag(constant: float) -> None:
     assert np.mean(noise[1:] * noise[:-1]) / noise.var() == pytest.approx(memory, abs=0.02)
 
 
-# What the likelihood says
+# The likelihood
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +166,7 @@ def whitened(
 def flown_by_hand(
     model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect], point: Array
 ) -> Array:
-    """Outputs (N, 8) with every effect written out again; `point`: ten terms, five states, the effects' numbers."""
+    """Outputs (N, 8) with every effect written out again; `point`: ten terms, five states, the effects' parameters."""
     flight = manoeuvre.flight
     time, place = flight.time, model.columns.index("delta_e")
     inputs = np.zeros((time.size, len(model.columns)))
@@ -240,7 +240,7 @@ SETS: dict[str, list[ActiveEffect]] = {
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_columns_are_the_slopes_of_what_is_flown(flight: tuple[AerodynamicModel, Manoeuvre], name: str) -> None:
+def test_columns_are_the_sensitivities_of_the_simulation(flight: tuple[AerodynamicModel, Manoeuvre], name: str) -> None:
     """Those of terms and initial states pass through the sensors' effects too, and one effect through the next."""
     model, manoeuvre = flight
     effects = SETS[name]
@@ -258,8 +258,8 @@ def test_columns_are_the_slopes_of_what_is_flown(flight: tuple[AerodynamicModel,
         assert_allclose(part.columns[:, :, n], wanted[:, :, n], rtol=0.0, atol=2e-3 * size, err_msg=str(n))
 
 
-def test_columns_of_what_is_only_tested_are_those_of_what_acts(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
-    """At the numbers at which an effect is none, the score test's column is the fit's."""
+def test_columns_of_tested_effects_are_those_of_acting_effects(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
+    """At an effect's null values, the score test's column is the fit's."""
     model, manoeuvre = flight
     effects: list[Effect] = [control_lag("delta_e"), sensor_scale("q"), step_change("C_m", 2.51, 0.05)]
     nulls = [ActiveEffect(effect, tuple(p.null for p in effect.parameters)) for effect in effects]
@@ -296,7 +296,7 @@ def test_separation_is_that_of_a_sixth_state(flight: tuple[AerodynamicModel, Man
 
 
 def test_columns_of_a_separating_flow(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
-    """Beside a sensor's effect, with respect to terms, initial state and all seven numbers."""
+    """Together with a sensor's effect, with respect to terms, initial state and all seven parameters."""
     model, manoeuvre = flight
     star = float(np.nanmax(manoeuvre.flight.measured[:, 1])) - 0.01
     numbers = (star, 25.0, 0.15, 0.2, -0.05, -0.03)
@@ -322,12 +322,12 @@ def test_columns_of_a_separating_flow(flight: tuple[AerodynamicModel, Manoeuvre]
         assert_allclose(part.columns[:, :, n], wanted[:, :, n], rtol=0.0, atol=0.02 * size, err_msg=str(n))
 
 
-# Noise with a memory
+# Coloured noise
 
 
 @pytest.mark.parametrize("sensor", [None, sensor_lag("alpha"), sensor_scale("q")])
-def test_whitening_remembers_as_the_dense_gaussian_does(sensor: OutputEffect | None) -> None:
-    """Gust and lagged elevator noise beside each other, all samples in one covariance; a slow sensor lags them too."""
+def test_coloured_noise_is_whitened_as_by_the_dense_gaussian(sensor: OutputEffect | None) -> None:
+    """Gust and lagged elevator noise together, all samples in one covariance; a slow sensor lags them too."""
     problem = Problem(duration=1.2, interval=0.05)
     plain, manoeuvre = problem.prepared(problem.fly(seed=4))
     model = with_gust(plain)
@@ -398,15 +398,15 @@ def flown_by_hand_all(model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Se
 
 
 def unwhitened(model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[ActiveEffect]) -> Array:
-    """Slopes of the outputs by the terms, the initial state and the effects' numbers, (N, 8, M)."""
+    """Sensitivities of the outputs to the terms, the initial state and the effects' parameters, (N, 8, M)."""
     point = np.concatenate([model.values[:10], START, *(active.values for active in effects)])
     numbers = [parameter.step for active in effects for parameter in active.effect.parameters]
     steps = np.array([*(1e-4 * (1.0 + np.abs(model.values[:10]))), 1e-2, 1e-2, 1e-4, 1e-4, 1e-1, *numbers])
     return slopes_of(lambda p: flown_by_hand(model, manoeuvre, effects, p), point, steps)
 
 
-def test_a_gust_moves_no_mean(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
-    """It widens what the residual may be, and moves neither the simulation nor its slopes before whitening."""
+def test_a_gust_does_not_change_the_mean(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
+    """It increases the covariance of the residual, not the simulation or its sensitivities before whitening."""
     model, manoeuvre = flight
     calm = whitened(with_gust(model), manoeuvre, [])
     shaken = [ActiveEffect(gust(), (3.0, 200.0))]

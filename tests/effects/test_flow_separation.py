@@ -1,4 +1,4 @@
-"""Flow separation: what its numbers must be for lift to break down somewhere."""
+"""Flow separation: parameters for which the flow separates within the flown range."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def attached(active: ActiveEffect) -> float:
     return float(0.5 * (1.0 - np.tanh(active.values[1] * (0.0 - active.values[0]))))
 
 
-def test_an_abrupt_stall_and_a_flow_that_follows_at_once_break_down() -> None:
+def test_an_abrupt_stall_and_a_flow_without_lag_separate() -> None:
     angle, sharpness = separation(0.1, 25.0).effect.parameters[:2]
     assert is_breakdown(separation(0.1, 25.0))
     assert is_breakdown(separation(0.1, sharpness.highest))

@@ -1,4 +1,4 @@
-"""Ground effect: its shape against JSBSim's tables, its flight against an integration in which height feeds back."""
+"""Ground effect: its shape against JSBSim's tables, its flight against an integration with feedback of height."""
 
 from __future__ import annotations
 
@@ -85,8 +85,8 @@ def test_flight_near_the_ground_is_that_of_a_plain_integration(coefficient: str,
 PLACES = {"thrust": 1, "delta_e": 8}
 
 
-def test_it_is_asked_for_near_the_ground_alone() -> None:
-    """A radio altimeter tells the ground's altitude; without one an altitude of some metres is one above the ground."""
+def test_it_is_a_candidate_near_the_ground_alone() -> None:
+    """A radio altimeter gives the ground's altitude; without one a low altitude is taken as above ground."""
     log = PROBLEM.fly(1)
     low = log["h"] - 1495.0
 

@@ -1,4 +1,4 @@
-"""Thrust behind its record: a lag or a delay of the engine, flown by scipy's integrator, is named as of any control."""
+"""Thrust behind its record: an engine lag or delay, by scipy's integrator, is named as for any control."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def delayed(time: Array, command: Array) -> Array:
 
 @cache
 def flown(act: Callable[[Array, Array], Array], seed: int, bent: float = 0.0) -> FlightLog:
-    """The throttle steps twice and the thrust is what `act` makes of it; recorded is the throttle.
+    """The throttle steps twice and the thrust is `act` of it; recorded is the throttle.
 
     `bent`: an undeclared C_m alpha^2.
     """
@@ -68,7 +68,7 @@ def flown(act: Callable[[Array, Array], Array], seed: int, bent: float = 0.0) ->
     ("act", "kind", "number"), [(behind, "control_lag", 0.8), (delayed, "control_delay", 0.6)], ids=["lag", "delay"]
 )
 @pytest.mark.parametrize("method", ["equations", "likelihood"])
-def test_late_thrust_is_named_with_its_time(
+def test_thrust_lag_is_named_with_its_time_constant(
     act: Callable[[Array, Array], Array], kind: str, number: float, method: str
 ) -> None:
     log = flown(act, 1)
@@ -85,7 +85,7 @@ def test_late_thrust_is_named_with_its_time(
     assert abs(value - number) < max(4.0 * error, 0.02)
 
 
-def test_late_thrust_is_asked_too_where_something_gross_is_missing() -> None:
+def test_thrust_lag_is_tried_too_where_the_residual_is_gross() -> None:
     quick = LoopSettings(
         method="likelihood", paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False
     )
@@ -95,7 +95,7 @@ def test_late_thrust_is_asked_too_where_something_gross_is_missing() -> None:
     assert named["control_lag", "thrust", ""] == pytest.approx(0.8, abs=0.05)
 
 
-def test_a_lag_of_thrust_adds_to_the_record_what_the_lagged_one_lacks() -> None:
+def test_a_thrust_lag_adds_the_difference_of_lagged_and_recorded_thrust() -> None:
     time = 0.05 * np.arange(200)
     record = 5000.0 + 800.0 * np.sin(time)
     for effect, number, wanted in ((control_lag("thrust"), 0.8, behind), (control_delay("thrust"), 0.6, delayed)):

@@ -44,7 +44,7 @@ def test_cached_replacements_do_not_depend_on_earlier_limits() -> None:
 
 def test_an_unpromising_estimate_ends_before_its_first_step() -> None:
     found = late_vane().selected.estimate
-    start = replace(found.point, effects=tuple(a.beside(0, 0.5 * a.values[0]) for a in found.point.effects))
+    start = replace(found.point, effects=tuple(a.perturbed(0, 0.5 * a.values[0]) for a in found.point.effects))
     promised: list[float] = []
 
     def is_promising(full: object) -> bool:

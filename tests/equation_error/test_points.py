@@ -38,7 +38,7 @@ def test_residuals_need_no_columns(seconds: float) -> None:
     found = declared()
     late = Hypothesis("sensor_delay", "q", effects=(at_null(sensor_delay("q")),))
     point = with_hypothesis(found.point, late)
-    point = point.with_effects([point.effects[-1].beside(0, seconds)])
+    point = point.with_effects([point.effects[-1].perturbed(0, seconds)])
     design = design_of(found.problem.segments(point), found.problem.settings)
     values = np.random.default_rng(7).standard_normal(len(design.unknowns))
     assert ("gust", "C_m") in design.unknowns
@@ -60,7 +60,7 @@ def visited() -> list[Point]:
     acting = tuple(replace(at_null(effect), values=values) for effect, values in effects)
     point = first.with_effects((*first.effects, *acting))
     beside = [
-        (i, active.beside(k, 10.0 * active.effect.parameters[k].step))
+        (i, active.perturbed(k, 10.0 * active.effect.parameters[k].step))
         for i, active in enumerate(point.effects)
         for k in range(len(active.values))
     ]

@@ -1,4 +1,4 @@
-"""Effects of an aircraft file: part of the declared model, with their numbers held; a wrong one gets one sentence."""
+"""Effects of an aircraft file: declared and held parameters; a wrong one is refused with a sentence."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def lag(time: Array, values: Array, constant: float) -> Array:
     return np.asarray(lsim(system, values, time, X0=[values[0]], interp=True)[1])
 
 
-def test_what_is_declared_is_neither_missing_nor_estimated() -> None:
-    """A late vane and a biased pitch angle, both declared: as true as a flight without them."""
+def test_declared_effects_are_neither_findings_nor_estimated() -> None:
+    """A vane delay and a pitch angle bias, both declared: the same as a flight without them."""
     log = PROBLEM.fly(3)
     alpha = lag(PROBLEM.time, log["alpha"], 0.12)
     log = with_channels(log, alpha=alpha + 0.0015 * np.random.default_rng(0).standard_normal(alpha.size))
@@ -48,7 +48,7 @@ def test_what_is_declared_is_neither_missing_nor_estimated() -> None:
         assert row.declared < 1.3 * row.noise
 
 
-def test_numbers_are_held_and_sudden_changes_find_their_log() -> None:
+def test_values_are_held_and_step_changes_act_on_their_log() -> None:
     _, first = PROBLEM.prepared(PROBLEM.fly(1, "first"))
     _, second = PROBLEM.prepared(PROBLEM.fly(2, "second"))
     aircraft = effects_file(
@@ -81,7 +81,7 @@ def test_numbers_are_held_and_sudden_changes_find_their_log() -> None:
         ),
     ],
 )
-def test_what_cannot_act_gets_a_sentence(table: str, said: list[str]) -> None:
+def test_an_effect_that_cannot_act_is_refused_with_a_sentence(table: str, said: list[str]) -> None:
     _, manoeuvre = PROBLEM.prepared(PROBLEM.fly(1))
     with pytest.raises(AircraftError) as error:
         declared_effects(effects_file(table), ["delta_e"], [manoeuvre])

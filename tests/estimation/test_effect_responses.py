@@ -1,4 +1,4 @@
-"""How inputs move with the numbers of effects that act one behind the other, against the whole chain made anew."""
+"""Sensitivities of inputs to the parameters of effects in series, against differences of the whole chain."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ PROBLEM = Problem(duration=5.0, interval=0.05, elevator="3211", amplitude=-0.03)
 
 
 def first(effect: InputEffect) -> InputEffect:
-    """The effect in front of others on the same control."""
+    """The effect before others on the same control."""
     return replace(effect, comes_first=True)
 
 
@@ -46,7 +46,7 @@ def test_directions_are_differences_of_the_whole_chain(effects: Sequence[ActiveE
     extra, wanted = len(model.extra_columns), []
     for place, active in enumerate(effects):
         for n, parameter in enumerate(active.effect.parameters):
-            sides = [active.beside(n, sign * parameter.step) for sign in (1.0, -1.0)]
+            sides = [active.perturbed(n, sign * parameter.step) for sign in (1.0, -1.0)]
             ends = [
                 acting_flight(model, manoeuvre, [*effects[:place], side, *effects[place + 1 :]])[0].inputs
                 for side in sides

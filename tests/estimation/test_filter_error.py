@@ -1,4 +1,4 @@
-"""Bounds hold where a flight is disturbed by forces that nobody recorded."""
+"""Error bounds are valid where a flight is disturbed by unrecorded forces."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TAIL_WITHOUT_LIFT = declaring(LIGHT, {("C_Z", "delta_e"): 0.0})
 
 @dataclass(frozen=True)
 class Shaken(Problem):
-    """A flight whose elevator is moved by more than the record tells and lifts nothing: a moment comes from nowhere."""
+    """A flight with an unrecorded elevator motion that produces a moment and no lift."""
 
     aircraft: Aircraft = TAIL_WITHOUT_LIFT
     seed: int = 0
@@ -45,7 +45,7 @@ class Shaken(Problem):
 
 
 def estimated(problem: Shaken) -> tuple[Refinement, FilterError]:
-    """The open-loop estimate, and that among forces of any shape."""
+    """The open-loop estimate, and that with unmodelled forces."""
     model, manoeuvre = problem.prepared(problem.recorded())
     plain = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     room = replace(plain, model=with_offsets(plain.model, COEFFICIENTS))
@@ -71,7 +71,7 @@ def test_derivatives_scatter_over_disturbed_flights_as_the_filter_error_bounds_s
     assert np.all(sizes < 1.55), sizes
 
 
-def test_no_bound_is_smaller_than_among_forces_of_any_shape_and_the_covariance_follows() -> None:
+def test_no_bound_is_smaller_than_with_unmodelled_forces_and_the_covariance_follows() -> None:
     problem = Shaken(duration=8.0, seed=3)
     model, manoeuvre = problem.prepared(problem.recorded())
     plain = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)

@@ -1,4 +1,4 @@
-"""Slopes to where sensors sit: the closed form against differences of whole simulations."""
+"""Sensitivities to sensor positions: the closed form against differences of whole simulations."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STEP = 0.5
 
 
 @pytest.mark.parametrize("values", [SIDE, PITCH | SIDE], ids=["lateral", "six degrees of freedom"])
-def test_slopes_by_a_place_are_those_of_whole_simulations(values: dict[str, dict[str, float]]) -> None:
+def test_sensitivities_to_a_position_are_those_of_whole_simulations(values: dict[str, dict[str, float]]) -> None:
     aircraft = commuter(values)
     manoeuvre = prepare(flown(aircraft, 1), aircraft, declared_model(aircraft, 72.0).columns)
     model = declared_model(aircraft, 72.0)
@@ -37,7 +37,7 @@ def test_slopes_by_a_place_are_those_of_whole_simulations(values: dict[str, dict
         for axis in range(3):
             sides = []
             for step in (STEP, -STEP):
-                flight, _ = acting_flight(model, manoeuvre, [active.beside(axis, step)])
+                flight, _ = acting_flight(model, manoeuvre, [active.perturbed(axis, step)])
                 sides.append(simulate_outputs(state, flight, numbers, model.table, model.constants)[0])
             expected = (sides[0] - sides[1]) / (2.0 * STEP)
             np.testing.assert_allclose(found[:, :, 3 * n + axis], expected, atol=1e-9)

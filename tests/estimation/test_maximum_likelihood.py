@@ -19,13 +19,13 @@ from aerosid.compiled.cores import on_cores
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_delay
 from aerosid.errors import EstimationError
-from aerosid.estimation.contest import contest
+from aerosid.estimation.competing_fits import fit_competing_structures
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, refine, whiten
-from aerosid.estimation.sent_fit import SentFit
+from aerosid.estimation.transferred_fit import TransferredFit
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
@@ -33,14 +33,14 @@ from aerosid.flight_model.response import trace_stretch
 
 Array = NDArray[np.float64]
 DECLARING = declaring(LIGHT, BOTH_SQUARES)
-"""The light transport with nothing left to find: twelve derivatives."""
+"""The light transport with nothing missing: twelve derivatives."""
 
 VARIANCE = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs]) ** 2
 AS_GIVEN = RefinementSettings(steps=0)
 
 
 def disturbed(model: AerodynamicModel, share: float = 0.15) -> AerodynamicModel:
-    """Start values that are wrong by a share, up and down in turn."""
+    """Start values with relative errors, up and down in turn."""
     return model.with_values(model.values * (1.0 + share * (-1.0) ** np.arange(model.values.size)))
 
 
@@ -102,7 +102,7 @@ def test_estimate_and_covariance_are_output_errors(
 def test_noise_levels_are_the_residuals_root_mean_square(
     two_flights: tuple[AerodynamicModel, list[Manoeuvre]],
 ) -> None:
-    """At the likelihood's maximum over the variances, whatever level the search began with."""
+    """At the likelihood's maximum over the variances, from any start."""
     model, manoeuvres = two_flights
     found = refine(
         model, manoeuvres, model.entries, variance=VARIANCE * 9.0, settings=RefinementSettings(filtering=False)
@@ -204,8 +204,8 @@ def test_a_prior_is_one_more_measurement() -> None:
     assert moved == pytest.approx(shift[1], abs=0.05 * np.sqrt(alone.covariance[1, 1]))
 
 
-def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicModel, list[Manoeuvre]]) -> None:
-    """The winner is the estimate that it would be alone; who is given up ends above it alone as well."""
+def test_competing_fits_converge_like_single_fits(two_flights: tuple[AerodynamicModel, list[Manoeuvre]]) -> None:
+    """The best fit equals the single fit; a terminated fit is worse than it as a single fit as well."""
     model, manoeuvres = two_flights
     missing = [model.entries[n] for n in (3, 5, 9)]
     starts = [
@@ -214,7 +214,7 @@ def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicM
     starts.append(Start(disturbed(model), model.entries))
     settings = RefinementSettings(cost_tolerance=0.01)
     alone = [refine(start.model, manoeuvres, start.free, settings=settings) for start in starts]
-    together = contest(starts, manoeuvres, settings, [0.0] * len(starts))
+    together = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts))
     assert together[-1].converged
     assert together[-1].cost == pytest.approx(alone[-1].cost, abs=0.02)
     for own, among in zip(alone[:-1], together[:-1], strict=True):
@@ -224,7 +224,7 @@ def test_a_contest_ends_like_each_estimate_alone(two_flights: tuple[AerodynamicM
 
 
 @pytest.mark.parametrize("level", [None, 1e6])
-def test_a_contest_over_two_cores_has_the_bits_of_one(
+def test_competing_fits_on_two_cores_equal_those_on_one_bit_for_bit(
     two_flights: tuple[AerodynamicModel, list[Manoeuvre]], level: float | None
 ) -> None:
     model, manoeuvres = two_flights
@@ -232,12 +232,12 @@ def test_a_contest_over_two_cores_has_the_bits_of_one(
     fewer = (tuple(other for other in model.entries if other != e) for e in model.entries[:3])
     starts = [Start(model, model.entries, (late,)), *(Start(disturbed(model), free) for free in fewer)]
     settings = RefinementSettings(cost_tolerance=0.01)
-    alone = contest(starts, manoeuvres, settings, [0.0] * len(starts), level)
+    alone = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)
     with on_cores(2):
-        shared = contest(starts, manoeuvres, settings, [0.0] * len(starts), level)
+        shared = fit_competing_structures(starts, manoeuvres, settings, [0.0] * len(starts), level)
     assert alone[0].effects == shared[0].effects
-    # What cannot be sent is done again here: as slow, with the same bits.
-    sent = pickle.loads(pickle.dumps(SentFit.of(alone[0])))
+    # Work that cannot be transferred is done here: as slow, with the same bits.
+    sent = pickle.loads(pickle.dumps(TransferredFit.of(alone[0])))
     assert sent.refinement(starts[0].model, starts[0].free, starts[0].effects).effects == alone[0].effects
     for one, other in zip(alone, shared, strict=True):
         assert (one.cost, one.converged) == (other.cost, other.converged)
@@ -261,7 +261,7 @@ def test_an_unstable_aircraft_is_estimated_from_wrong_start_values() -> None:
     assert abs(found.model.value(entry("C_m", "alpha")) - 0.53) < 0.03
 
 
-def test_start_values_beyond_repair_are_refused_with_a_sentence() -> None:
+def test_unusable_start_values_are_refused_with_a_sentence() -> None:
     problem = Problem(DECLARING, duration=6.0)
     model, manoeuvre = problem.prepared(problem.fly())
     wild = model.with_values(np.where(model.values == model.value(entry("C_m", "alpha")), 1e9, model.values * 1e3))
@@ -270,7 +270,7 @@ def test_start_values_beyond_repair_are_refused_with_a_sentence() -> None:
 
 
 def scatter(problem: Problem, seeds: range) -> tuple[Array, Array, list[Refinement]]:
-    """Errors over reported deviations, corrected and white, one row a seed."""
+    """Errors over reported standard errors, corrected and white, one row per seed."""
     corrected, white, estimates = [], [], []
     for seed in seeds:
         model, manoeuvre = problem.prepared(problem.fly(seed=seed))
@@ -284,9 +284,9 @@ def scatter(problem: Problem, seeds: range) -> tuple[Array, Array, list[Refineme
 
 
 def calibrated(ratios: Array, false_alarm: float, widening: float) -> None:
-    """Bias and scatter of errors over deviations, Bonferroni over the derivatives.
+    """Bias and scatter of errors over standard errors, Bonferroni over the derivatives.
 
-    `widening` is what the deviations themselves may be off by, beside chance.
+    `widening` is the tolerated relative error of the standard errors themselves, in addition to chance.
     """
     seeds, count = ratios.shape
     share = false_alarm / (2 * count)
@@ -301,7 +301,7 @@ QUICK = Problem(DECLARING, duration=8.0)
 
 
 def test_deviations_are_the_scatter_over_forty_seeds() -> None:
-    """False alarms: one in 1000 runs, were the deviations exact; they may be 15 % off."""
+    """False alarms: one in 1000 runs, were the standard errors exact; they may be 15 % off."""
     corrected, white, _ = scatter(QUICK, range(40))
     calibrated(corrected, 1e-3, 1.15)
     calibrated(white, 1e-3, 1.15)
@@ -310,7 +310,7 @@ def test_deviations_are_the_scatter_over_forty_seeds() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("interval", [0.02, 0.03, 0.1])
 def test_deviations_are_the_scatter_over_four_hundred_seeds(interval: float) -> None:
-    """False alarms: one in 1000 runs, were the deviations exact; they may be 7 % off."""
+    """False alarms: one in 1000 runs, were the standard errors exact; they may be 7 % off."""
     corrected, _, estimates = scatter(replace(QUICK, interval=interval), range(1000, 1400))
     calibrated(corrected, 1e-3, 1.07)
     levels = np.sqrt(np.mean([found.variance for found in estimates], axis=0))

@@ -1,4 +1,4 @@
-"""Flights whose motion adds to their inputs: motion and addition agree, and every derivative is that of the whole."""
+"""Flights with feedback of the motion to the inputs: the two are consistent, and every derivative is the total one."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def flown(effects: Sequence[ActiveEffect], seed: int = 1) -> tuple[AerodynamicMo
 
 @pytest.mark.parametrize("effects", CASES.values(), ids=CASES)
 def test_motion_and_addition_agree(effects: tuple[ActiveEffect, ...]) -> None:
-    """What acts is what the effects add along the motion of a flight with just these inputs."""
+    """The acting inputs are those that the effects add along the motion of a flight with just these inputs."""
     model, manoeuvre = flown(effects)
     flight, _ = acting_flight(model, manoeuvre, effects)
     values, start = np.array(model.values), initial_state(manoeuvre.flight)
@@ -73,7 +73,7 @@ def test_motion_and_addition_agree(effects: tuple[ActiveEffect, ...]) -> None:
 
 @pytest.mark.parametrize("effects", CASES.values(), ids=CASES)
 def test_derivatives_are_those_of_whole_simulations(effects: tuple[ActiveEffect, ...]) -> None:
-    """By central differences of flights in which motion and addition agree; two logs with starts of their own."""
+    """By central differences of self-consistent flights; two logs with their own initial states."""
     model, first = flown(effects)
     _, second = flown(effects, seed=2)
     second = replace(
@@ -112,8 +112,8 @@ def test_derivatives_are_those_of_whole_simulations(effects: tuple[ActiveEffect,
             assert_allclose(found[log][:, :, n], wanted, rtol=0.0, atol=2e-4 * size.max() + 1e-9, err_msg=f"{n} {log}")
 
 
-def test_a_frozen_effect_moves_with_the_motion_all_the_same() -> None:
-    """Its numbers are no parameters, but the other columns are those beside the free one."""
+def test_a_frozen_effect_still_depends_on_the_motion() -> None:
+    """Its values are no free parameters, but the other columns are the same as with the free effect."""
     effects = (LIFTED, SEPARATING)
     model, manoeuvre = flown(effects)
     likelihood = Likelihood(model, (manoeuvre,), model.entries[:10], False)
@@ -136,8 +136,8 @@ def test_stretches_join(monkeypatch: pytest.MonkeyPatch) -> None:
     assert_allclose(np.concatenate([part.columns for part in parts]), whole.columns, rtol=1e-12, atol=1e-12)
 
 
-def test_sensitivities_beyond_all_bounds_are_none_to_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stalled flow can hold a motion that runs away below the limit of alpha: no square of its columns is taken."""
+def test_unbounded_sensitivities_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stalled flow can keep a diverging motion below the limit of alpha: no square of its columns is taken."""
     model, manoeuvre = flown((SEPARATING,))
     likelihood = Likelihood(model, (manoeuvre,), model.entries[:10], False)
     start, values = [initial_state(manoeuvre.flight)], np.array(model.values)

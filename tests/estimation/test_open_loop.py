@@ -1,4 +1,4 @@
-"""Open-loop comparison: where a sudden change of one flight lies on another."""
+"""Open-loop comparison: the instant of a step change of one flight on another."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from problems import NOISE, Problem
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.step_change import step_change
-from aerosid.effects.sudden import moment
+from aerosid.effects.step_input import instant_of
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
@@ -21,13 +21,13 @@ JUMP = ActiveEffect(step_change("C_m", 3.0, 0.03), (-0.01, 3.0), "first")
 
 
 def found(model: AerodynamicModel, manoeuvre: Manoeuvre) -> Refinement:
-    """A model that is right, with a jump that was found on another flight."""
+    """A true model, with a step change that was found on another flight."""
     variance = np.array([NOISE.get(name, 1.0) ** 2 for name in manoeuvre.axes.outputs])
     return Refinement(model, (), (), (JUMP,), variance, 0.0, np.zeros((0, 0)), converged=True)
 
 
 def flown(changes: tuple[ActiveEffect, ...], seed: int) -> tuple[AerodynamicModel, Manoeuvre]:
-    """The model and its second flight, on which some sudden changes happen."""
+    """The model and its second flight, with some step changes."""
     problem = Problem(elevator="3211")
     model, manoeuvre = problem.prepared(problem.fly(seed, "second"))
     model = with_columns_of(model, [JUMP])
@@ -40,25 +40,25 @@ def flown(changes: tuple[ActiveEffect, ...], seed: int) -> tuple[AerodynamicMode
 
 
 @pytest.mark.parametrize("time", [1.7, 4.52, 9.3])
-def test_a_jump_is_placed_where_it_happened_on_another_flight(time: float) -> None:
+def test_the_instant_of_a_step_change_is_estimated_on_another_flight(time: float) -> None:
     model, manoeuvre = flown((replace(JUMP, values=(-0.01, time), log="second"),), 3)
     (placed,) = on_log(found(model, manoeuvre), manoeuvre)
     assert placed.log == "second"
-    assert moment(placed) == pytest.approx(time, abs=0.1)
-    # And no fit of the initial state with the jump elsewhere comes nearer to the record.
+    assert instant_of(placed) == pytest.approx(time, abs=0.1)
+    # And no fit of the initial state with the step at another instant is better.
     errors = [
-        squares(model, manoeuvre, replace(placed, values=(-0.01, moment(placed) + off))) for off in (0.0, -0.5, 0.5)
+        squares(model, manoeuvre, replace(placed, values=(-0.01, instant_of(placed) + off))) for off in (0.0, -0.5, 0.5)
     ]
     assert errors[0] < min(errors[1:])
 
 
-def test_a_flight_without_the_jump_is_left_without_it() -> None:
+def test_a_flight_without_the_step_change_is_simulated_without_it() -> None:
     model, manoeuvre = flown((), 4)
     assert on_log(found(model, manoeuvre), manoeuvre) == ()
 
 
 def squares(model: AerodynamicModel, manoeuvre: Manoeuvre, jump: ActiveEffect) -> float:
-    """Squared errors over their variances, the initial state fitted until it rests."""
+    """Squared errors over their variances, the initial state fitted to convergence."""
     variance = found(model, manoeuvre).variance
     rms = respond(model, manoeuvre, variance, effects=(jump,)).rms
     return sum(value**2 / variance[manoeuvre.row(name)] for name, value in rms.items() if value is not None)

@@ -109,7 +109,7 @@ def make(
 
 
 SMALL = 1e-4
-"""Noise this much below real sensors': what the linear dense solution leaves out falls with its square."""
+"""Noise this much below real sensors': the nonlinearity that the dense solution omits falls with its square."""
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_likelihood_and_information_are_the_dense_gaussians(problem: Problem, in
     assert_allclose(found.gradient / scale, wanted.gradient / scale, atol=5e-3 * np.sqrt(wanted.squares))
 
 
-def test_the_dense_solution_feels_the_elevators_noise() -> None:
+def test_the_dense_solution_depends_on_the_elevators_noise() -> None:
     """Without it the sum of squares is far off, so the agreement above is no accident of small terms."""
     variance = VARIANCE * SMALL**2
     problem = Problem(undeclared=BOTH_SQUARES, duration=1.8, interval=0.05)
@@ -172,7 +172,7 @@ def test_without_input_noise_it_is_the_open_loop_simulation() -> None:
     "problem", [Problem(undeclared=BOTH_SQUARES, duration=3.0), Problem(LIFT_AND_DRAG, duration=3.0)]
 )
 def test_open_loop_sensitivities_are_those_of_the_simulation(problem: Problem) -> None:
-    """Free terms, initial state, input directions and output directions, in the promised order of columns."""
+    """Free terms, initial state, input directions and output directions, in the documented order of columns."""
     model, flight, start = make(problem, 4)
     rng = np.random.default_rng(0)
     samples, free = flight.time.size, (1, 4, model.values.size - 1)
@@ -212,7 +212,7 @@ def test_the_initial_state_may_not_be_moved_by_the_caller() -> None:
     assert (start == given).all()
 
 
-def test_a_prediction_that_tumbles_says_so() -> None:
+def test_a_prediction_outside_the_range_is_reported() -> None:
     model, flight, start = make(Problem(UNSTABLE, amplitude=0.01, duration=2.0), 7)
     wild = flight.inputs.copy()
     wild[:, 8] += 0.6

@@ -1,4 +1,4 @@
-"""Output error on a recorded flight against numbers that others published of it; skipped where it is absent."""
+"""Output error on a recorded flight against published results; skipped where it is absent."""
 
 from __future__ import annotations
 
@@ -61,5 +61,5 @@ def test_a_free_initial_state_fits_better_and_bounds_grow(hfb: tuple[Aerodynamic
     found = refine(model, [manoeuvre], model.entries, states=[START], settings=RefinementSettings(filtering=False))
     assert np.prod(found.variance[:7]) < 2.5e-24
     spread = deviations(found, [manoeuvre])
-    # A study of this flight found plain deviations 2.3 to 4.8 times too small.
+    # A study of this flight found Cramer-Rao bounds 2.3 to 4.8 times too small.
     assert 2.3 < float(np.median(spread.corrected / spread.white)) < 4.8

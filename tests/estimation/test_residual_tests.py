@@ -1,4 +1,4 @@
-"""Channels that a wrong model leaves are those whose output errors exceed the noise, whoever whitens them."""
+"""Channels with a model error are those whose output errors exceed the noise, by independent whitening."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aerosid.estimation.residual_tests import coloured_noise, unexplained_channe
 
 
 @pytest.mark.parametrize("complete", [False, True])
-def test_channels_that_stand_out_of_their_noise_are_those_of_a_simulation(complete: bool) -> None:
+def test_channels_with_residuals_above_noise_are_those_of_a_simulation(complete: bool) -> None:
     problem = Problem(undeclared=BOTH_SQUARES)
     model, manoeuvre = problem.prepared(problem.fly())
     squares = tuple(entry(*key) for key in BOTH_SQUARES) if complete else ()

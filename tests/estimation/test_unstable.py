@@ -66,7 +66,7 @@ def test_derivatives_are_within_three_bounds_with_a_fed_back_elevator(seed: int)
     assert np.abs(ratios(problem, log)).max() < 3.0
 
 
-def test_hypotheses_beside_an_estimate_that_is_held_to_the_data_are_scored() -> None:
+def test_hypotheses_are_scored_for_an_estimate_that_is_held_to_the_data() -> None:
     """Terms by their sensitivities; effects, which are not free there, count as nothing."""
     problem = Problem(UNSTABLE, amplitude=0.008, duration=5.0)
     model, manoeuvre = problem.prepared(problem.fly(1))

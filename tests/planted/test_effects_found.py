@@ -1,4 +1,4 @@
-"""Each effect of the catalogue, planted in a flight: the search names its kind and its place, with the right number."""
+"""Each effect of the catalogue in a simulated flight: the search names its kind and place, with the right value."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
 from aerosid.search.attribution import USUAL, Attribution
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.separation_search import separation_at_first
+from aerosid.search.separation_search import search_separation_first
 from aerosid.search.structure_search import StructureSearch
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ FLIGHT = Problem(duration=14.1, elevator="3211", amplitude=0.045)
 
 
 class Levels(Problem):
-    """Steps of several sizes: with one size only, a dead band is a weaker elevator."""
+    """Steps of several sizes: with one size only, a dead band is indistinguishable from a weaker elevator."""
 
     @property
     def deflection(self) -> Array:
@@ -45,7 +45,7 @@ LEVELS = Levels(duration=14.1)
 
 
 def flown(problem: Problem, seed: int, act: Callable[[Array, Array], Array]) -> FlightLog:
-    """The log of a flight in which `act(time, commanded)` is what the elevator does; the command is recorded."""
+    """The log of a flight with elevator `act(time, commanded)`; the command is recorded."""
     level = trim(problem.truth, 100.0, LIGHT.density, LIGHT.mass)
     surface = act(problem.time, problem.deflection)
     body = {"density": LIGHT.density, "mass": LIGHT.mass, "noise": NOISE, "seed": seed}
@@ -55,7 +55,7 @@ def flown(problem: Problem, seed: int, act: Callable[[Array, Array], Array]) -> 
 
 
 def recorded(problem: Problem, seed: int, channel: str, sense: Callable[[Array, Array], Array]) -> FlightLog:
-    """The log of a flight whose sensor of one channel shows `sense(time, true)`, with the usual noise."""
+    """The log of a flight whose sensor of one channel reads `sense(time, true)`, with the usual noise."""
     clean = replace(problem, noise=dict.fromkeys(NOISE, 0.0)).fly()
     log = problem.fly(seed)
     noise = log[channel] - clean[channel]
@@ -89,7 +89,7 @@ def dead(_time: Array, values: Array) -> Array:
 
 
 def jumping(problem: Problem, seed: int, jump: float, moment: float) -> FlightLog:
-    """The pitching moment changes within one sample: an input of its own, of which the recorder knows nothing."""
+    """The pitching moment changes within one sample: an unrecorded input."""
     changed = replace(problem, undeclared={("C_m", "vane_2"): 1.0})
     level = trim(problem.truth, 100.0, LIGHT.density, LIGHT.mass)
     vane = jump * np.clip((problem.time - moment) / problem.interval + 0.5, 0.0, 1.0)
@@ -127,7 +127,7 @@ def separating(problem: Problem, seed: int) -> FlightLog:
 
 
 def searched(log: FlightLog) -> tuple[Attribution, Verdict]:
-    """What the loop finds, and its verdict."""
+    """The loop's findings and verdict."""
     identified = identify([log], LIGHT)
     assert identified.found is not None
     return identified.found, judge(identified.found, identified.manoeuvres)
@@ -170,17 +170,17 @@ CATALOGUE = [
     "planted",
     [pytest.param(p, id=f"{p.kind} {p.where}", marks=[pytest.mark.slow] if p.slow else []) for p in CATALOGUE],
 )
-def test_a_planted_effect_comes_first_with_its_number(planted: Planted) -> None:
+def test_a_planted_effect_is_the_first_finding_with_its_value(planted: Planted) -> None:
     found, verdict = searched(planted.log())
     assert found.findings, verdict
     first = found.findings[0]
     assert (first.kind, first.where) == (planted.kind, planted.where)
     assert len(found.findings) == 1
     # The catalogue's dead band acts on a five-sample mean, its separation on a sampled rate of alpha: what is left of
-    # those may stand out of the noise.
+    # those may exceed the noise.
     inexact = planted.kind in ("control_deadband", "flow_separation")
     assert verdict is Verdict.EXPLAINED or (inexact and verdict is Verdict.PARTLY_EXPLAINED)
-    # A normal number within four deviations: one false alarm in 16,000.
+    # A normal variable within four standard deviations: one false alarm in 16,000.
     assert abs(first.value - planted.value) < 4.0 * first.std_error
     assert first.std_error < 0.3 * abs(planted.value)
     if planted.kind == "step_change":
@@ -196,8 +196,8 @@ def test_a_rate_limit_of_any_size_is_named(rate: float) -> None:
 
 
 @pytest.mark.slow
-def test_an_effect_that_no_catalogue_holds_blames_no_sensor() -> None:
-    """Elevator power falls with pitch rate and hangs on: less by 40 % for 0.4 s after each fast pitch-up."""
+def test_an_effect_outside_the_catalogue_is_not_named_as_a_sensor_error() -> None:
+    """Elevator power falls with pitch rate with a memory: less by 40 % for 0.4 s after each fast pitch-up."""
     problem = replace(FLIGHT, undeclared={("C_m", "vane_2*delta_e"): 0.8})
     level = trim(Problem().truth, 100.0, LIGHT.density, LIGHT.mass)
     quiet = replace(FLIGHT, noise=dict.fromkeys(NOISE, 0.0)).fly()
@@ -222,16 +222,16 @@ def stalling_with_a_slow_gyro() -> tuple[Problem, FlightLog]:
 
 
 @pytest.mark.slow
-def test_flow_separation_is_found_beside_a_slow_rate_gyro() -> None:
-    """Six numbers are asked late: a spline of alpha and the lag together must not keep them out."""
+def test_flow_separation_is_found_together_with_a_rate_gyro_lag() -> None:
+    """Six parameters are tried late: a spline of alpha together with the lag must not keep them out."""
     found, _ = searched(stalling_with_a_slow_gyro()[1])
     kinds = {(finding.kind, finding.where): finding.value for finding in found.findings}
     assert set(kinds) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
     assert kinds["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)
 
 
-def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None:
-    """Names that only look like a stall, once in, keep it out: where it is most of what is missing it comes first."""
+def test_other_effects_are_found_after_separation_entered_first() -> None:
+    """Effects that imitate a stall, once entered, keep it out: where it is the main effect it enters first."""
     problem, log = stalling_with_a_slow_gyro()
     model, manoeuvre = problem.prepared(log)
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
@@ -240,7 +240,7 @@ def test_separation_before_all_else_leaves_room_for_what_else_is_there() -> None
         *effect_hypotheses(model, [manoeuvre], LIGHT.coefficients),
     )
     search = StructureSearch((manoeuvre,), hypotheses, LIGHT.coefficients, before, USUAL)
-    found, _ = separation_at_first(search, before)
+    found, _ = search_separation_first(search, before)
     values = {active.name: active.values[0] for active in found.effects}
     assert set(values) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
     assert values["flow_separation", "C_Z"] == pytest.approx(SEPARATION["alpha_star"], rel=0.1)

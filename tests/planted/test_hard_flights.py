@@ -1,4 +1,4 @@
-"""Flights of benchmarks/wide_detection.py on which a wrong name lay nearer than the right one, each with its reason."""
+"""Flights of benchmarks/wide_detection.py on which a false effect was named first, each with its reason."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from benchmarks.wide_detection import closed, gain, written
 
 
 def loop(seed: int, number: int, folder: Path, plant: str = "one") -> ClosedLoop:
-    """The loop on one pair of flights with one thing wrong, or two."""
+    """The loop on one pair of flights with one or two missing effects."""
     written(folder, plant, [seed, number], number)
     return closed(folder)
 
@@ -32,8 +32,8 @@ def names(result: ClosedLoop) -> list[tuple[str, str]]:
     return [(effect.kind, effect.where) for effect in result.effects]
 
 
-def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_path: Path) -> None:
-    """On a short flight neither number is certain, and what both do together is."""
+def test_ground_effect_is_named_though_its_gain_and_reach_are_correlated(tmp_path: Path) -> None:
+    """On a short flight neither parameter is significant, and their joint effect is."""
     result = loop(901, 16, tmp_path)
     assert names(result) == [("ground_effect", "C_Z")]
     (effect,) = result.effects
@@ -42,30 +42,30 @@ def test_ground_effect_is_named_though_its_gain_and_its_reach_go_together(tmp_pa
 
 
 @pytest.mark.slow
-def test_one_jump_is_weighed_without_the_two_that_were_tried_with_it(tmp_path: Path) -> None:
-    """The centre of gravity moves with two numbers; all coefficients at once jump with six, one of them with two."""
+def test_the_penalty_of_one_step_change_is_without_the_two_tried_with_it(tmp_path: Path) -> None:
+    """A step of the centre of gravity has two parameters; of all coefficients at once six, of one of them two."""
     result = loop(901, 8, tmp_path)
     assert names(result) == [("step_change", "C_m")]
-    # It is the rarer of two that the motion hardly tells apart, and is said to be possible.
+    # It is the rarer of two hardly distinguishable effects, and is listed as an alternative.
     assert [(effect.kind, effect.where) for effect in result.alternatives] == [("cg_shift", "x")]
 
 
 @pytest.mark.slow
-def test_a_surface_seconds_behind_its_record_is_found_from_many_limits(tmp_path: Path) -> None:
+def test_a_surface_seconds_behind_its_record_is_found_from_a_profile_of_limits(tmp_path: Path) -> None:
     result = loop(901, 23, tmp_path)
     assert names(result) == [("control_rate_limit", "delta_e")]
     assert result.effects[0].value == pytest.approx(0.039, rel=0.02)
 
 
 @pytest.mark.slow
-def test_separation_is_looked_for_where_only_the_other_flight_shows_that_terms_do_not_explain_it(
+def test_separation_is_tried_where_only_the_validation_flight_shows_the_terms_to_be_inadequate(
     tmp_path: Path,
 ) -> None:
     assert names(loop(901, 31, tmp_path)) == [("flow_separation", "C_Z")]
 
 
-def test_gusts_that_kinematics_show_are_told_from_noise_that_a_vane_remembers(tmp_path: Path) -> None:
-    """Which is a first guess alone: what the forces say of it decides."""
+def test_gusts_shown_by_kinematics_are_distinguished_from_coloured_vane_noise(tmp_path: Path) -> None:
+    """Kinematics give an initial estimate alone; the forces decide."""
     seen = {}
     for plant, number in (("one", 10), ("one", 31), ("one", 33), ("two", 13)):
         folder = tmp_path / f"{plant}{number}"
@@ -77,8 +77,8 @@ def test_gusts_that_kinematics_show_are_told_from_noise_that_a_vane_remembers(tm
 
 
 @pytest.mark.slow
-def test_a_gust_and_a_wrong_scale_are_found_together(tmp_path: Path) -> None:
-    """By the equations, which decide where kinematics do not close, and by the likelihood."""
+def test_a_gust_and_a_scale_factor_error_are_found_together(tmp_path: Path) -> None:
+    """By equation error, which decides where kinematics are inconsistent, and by the likelihood."""
     result = loop(901, 9, tmp_path, "two")
     assert result.decided_by == "equations"
     assert set(names(result)) == {("gust", ""), ("sensor_scale", "a_z")}
@@ -95,23 +95,23 @@ def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
     assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}
 
 
-def test_one_of_several_jumps_stays_beside_the_separation_that_the_others_were(tmp_path: Path) -> None:
+def test_one_of_several_step_changes_is_retained_with_the_separation_that_explains_the_others(tmp_path: Path) -> None:
     assert set(names(loop(902, 2, tmp_path, "two"))) == {("cg_shift", "x"), ("flow_separation", "C_Z")}
 
 
 @pytest.mark.slow
-def test_separation_is_looked_for_in_place_of_many_terms_that_explain_a_flight_together(tmp_path: Path) -> None:
+def test_separation_is_tried_in_place_of_many_terms(tmp_path: Path) -> None:
     assert set(names(loop(902, 18, tmp_path, "two"))) == {("sensor_scale", "a_z"), ("flow_separation", "C_Z")}
 
 
-def left_wrong(log: FlightLog) -> tuple[str, ...]:
+def unexplained(log: FlightLog) -> tuple[str, ...]:
     """The channels that the true structure, re-estimated, does not explain."""
     model, manoeuvre = Problem().prepared(log)
     return unexplained_channels(refine(model, [manoeuvre], model.entries), [manoeuvre])
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_samples_that_hang_are_no_noise_and_noise_that_remembers_is(seed: int) -> None:
+def test_held_samples_are_no_noise_and_coloured_noise_is(seed: int) -> None:
     generator = np.random.default_rng(seed)
     log, quiet = Problem().fly(seed), Problem(noise=SILENT).fly(seed)
     hanging = log["q"].copy()
@@ -119,13 +119,15 @@ def test_samples_that_hang_are_no_noise_and_noise_that_remembers_is(seed: int) -
         hanging[start : start + 8] = hanging[start]
     shocks = NOISE["q"] * np.sqrt(1.0 - 0.7**2) * generator.standard_normal(log.time.size + 50)
     remembering = quiet["q"] + lfilter([1.0], [1.0, -0.7], shocks)[50:]
-    assert left_wrong(with_channels(log, q=hanging)) == ("q",)
-    assert left_wrong(with_channels(log, q=remembering)) == ()
+    assert unexplained(with_channels(log, q=hanging)) == ("q",)
+    assert unexplained(with_channels(log, q=remembering)) == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 4, 12])
-def test_what_no_catalogue_holds_is_not_told_as_explained_nor_as_a_sensor_s_fault(number: int, tmp_path: Path) -> None:
+def test_an_effect_outside_the_catalogue_is_neither_explained_nor_named_as_a_sensor_error(
+    number: int, tmp_path: Path
+) -> None:
     """A surface that floats, a rate gyro with a dead band, and a slow drift of the pitching moment.
 
     A term, or the air, may stand for a part of it, as long as it predicts the unseen flight no worse than the benchmark

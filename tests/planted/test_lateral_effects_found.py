@@ -1,4 +1,4 @@
-"""Each effect that rolling and yawing motion shows, planted in a flight of independent equations: the loop names it."""
+"""Each effect shown by rolling and yawing motion, in a flight of independent equations: the loop names it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TIME = Lateral().time
 
 
 def closed(flight: Lateral, declared: Mapping[tuple[str, str], float], *, validated: bool = False) -> ClosedLoop:
-    """The loop on a flight, and on a second one of other inputs where asked."""
+    """The loop on a flight, and on request on a second one of other inputs."""
     other = [replace(flight, seed=flight.seed + 100).log(mirrored=True, name="other")] if validated else []
     return close_loop([flight.log()], aircraft(declared, flight.factor), other, QUICK)
 
@@ -51,7 +51,7 @@ def jump(size: float, moment: float) -> Array:
 
 @dataclass(frozen=True)
 class Planted:
-    """What was planted, in which flight, and how the loop is to name it: kind, place, term, number, its tolerance."""
+    """The simulated effect, its flight, and the finding expected of the loop: kind, place, term, value, tolerance."""
 
     name: tuple[str, str, str]
     value: float
@@ -92,7 +92,7 @@ CATALOGUE = [
 @pytest.mark.parametrize(
     "planted", [pytest.param(p, id=" ".join(p.name), marks=[pytest.mark.slow] if p.slow else []) for p in CATALOGUE]
 )
-def test_what_is_missing_is_named_with_its_number(planted: Planted) -> None:
+def test_a_missing_effect_is_named_with_its_value(planted: Planted) -> None:
     result = closed(planted.flight, planted.declared)
     assert [(each.kind, each.where, each.term) for each in result.effects] == [planted.name]
     (effect,) = result.effects
@@ -103,19 +103,19 @@ def test_what_is_missing_is_named_with_its_number(planted: Planted) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("declared", [SIDE, BOTH], ids=["lateral", "six degrees of freedom"])
-def test_turbulence_from_the_side_is_named_as_such(declared: Mapping[tuple[str, str], float]) -> None:
+def test_lateral_turbulence_is_named_as_such(declared: Mapping[tuple[str, str], float]) -> None:
     generator, remembered = np.random.default_rng(5), np.exp(-SPEED * 0.04 / 150.0)
     air = [0.0]
     for shock in generator.standard_normal(TIME.size - 1):
         air.append(remembered * air[-1] + 0.8 * np.sqrt(1.0 - remembered**2) * shock)
     result = closed(Lateral(inputs={"side_gust": np.array(air)}), declared)
     assert [each.kind for each in result.effects] == ["side_gust"]
-    assert result.effects[0].value == pytest.approx(0.8, rel=0.5)  # 9 scale lengths: 24 % is one deviation
+    assert result.effects[0].value == pytest.approx(0.8, rel=0.5)  # 9 scale lengths: 24 % is one standard deviation
 
 
 @pytest.mark.slow
-def test_a_product_of_inertia_stands_beside_the_commoner_name() -> None:
-    """Rolling moment of the ailerons that yaws through I_xz is C_n delta_a to all but fast rolls."""
+def test_a_product_of_inertia_is_an_alternative_to_the_commoner_name() -> None:
+    """Aileron rolling moment coupled into yaw by I_xz is C_n delta_a except in fast rolls."""
     declared = {entry: value for entry, value in SIDE.items() if entry != ("C_n", "delta_a")}
     flight = Lateral(extra={("C_n", "delta_a"): 0.0}, inertia=(*INERTIA[:3], INERTIA[3] + 3000.0))
     result = closed(flight, declared)

@@ -1,4 +1,4 @@
-"""The flights of benchmarks/wide_detection.py, flown by equations of their own, are those that the package flies."""
+"""The flights of benchmarks/wide_detection.py, by independent equations, agree with the package's simulation."""
 
 from __future__ import annotations
 

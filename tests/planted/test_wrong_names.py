@@ -1,4 +1,4 @@
-"""What must not be named, although it would explain a flight better, and what gross effects may not hide behind."""
+"""Effects that must not be named although they would explain a flight better, and gross effects that must be found."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict
-from aerosid.search.refutation import misfit, without_refuted
+from aerosid.search.cross_validation import eliminate_by_cross_validation, prediction_error
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.signals.noise import calmed
@@ -48,7 +48,7 @@ def limited(time: Array, values: Array, rate: float) -> Array:
 
 
 @pytest.mark.parametrize("rate", [pytest.param(0.07, marks=pytest.mark.slow), 0.1])
-def test_a_surface_that_hardly_follows_is_found_though_its_re_estimated_derivatives_imitate_it(rate: float) -> None:
+def test_a_severe_rate_limit_is_found_though_re_estimated_derivatives_imitate_it(rate: float) -> None:
     problem = Problem(duration=12.0, amplitude=0.08, noise={name: 0.6 * size for name, size in NOISE.items()})
     asked = problem.deflection
     log = driven(problem, 3, limited(problem.time, asked, rate), asked)
@@ -71,7 +71,7 @@ def test_a_noisy_record_of_a_smooth_control_is_no_lag_and_no_dead_band(seed: int
     assert names(result) == []
 
 
-def test_noise_is_averaged_out_between_corners_and_the_corners_stay() -> None:
+def test_noise_is_averaged_out_between_corners_which_are_retained() -> None:
     time = 0.02 * np.arange(1000)
     truth = 0.05 * np.sin(0.8 * time) + 0.06 * (time > 7.0) - 0.06 * (time > 9.0)
     noise = 2e-3
@@ -79,12 +79,12 @@ def test_noise_is_averaged_out_between_corners_and_the_corners_stay() -> None:
     error = calmed(values, noise) - truth
     corners = np.abs(time[:, None] - np.array([7.0, 9.0])).min(axis=1) < 0.7
     assert np.sqrt(np.mean(error[~corners] ** 2)) < 0.45 * noise
-    # Nowhere is it further off than the noise of a single sample takes it.
+    # Its error nowhere exceeds the noise of a single sample.
     assert np.abs(error).max() < 5.0 * noise
 
 
 def drifting(seed: int, amplitude: float, elevator: str, name: str) -> FlightLog:
-    """Drag grows all the way, which is no power of V_hat, though on one flight it looks like one."""
+    """Drag drifts throughout, which is no power of V_hat, though on one flight it resembles one."""
     problem = Problem(undeclared=BOTH_SQUARES, amplitude=amplitude, elevator=elevator)
     changed = replace(problem, undeclared={**BOTH_SQUARES, ("C_X", "vane_2"): 1.0})
     level = trim(problem.truth, 100.0, LIGHT.density, LIGHT.mass)
@@ -94,7 +94,7 @@ def drifting(seed: int, amplitude: float, elevator: str, name: str) -> FlightLog
     return with_channels(log, vane_2=None, thrust=np.full(log.time.size, level.thrust))
 
 
-def test_a_term_that_predicts_the_other_flight_worse_is_refuted_and_true_ones_stay() -> None:
+def test_a_term_that_worsens_the_prediction_is_eliminated_and_true_terms_are_retained() -> None:
     problem = Problem(DECLARED)
     model, manoeuvre = problem.prepared(drifting(1, 0.06, "doublet", "first"))
     _, other = problem.prepared(drifting(2, -0.045, "3211", "second"))
@@ -105,16 +105,16 @@ def test_a_term_that_predicts_the_other_flight_worse_is_refuted_and_true_ones_st
     completed = refine(wider, [manoeuvre], wider.entries)
     search = StructureSearch((manoeuvre,), (), LIGHT.coefficients, before, AttributionSettings())
     assert completed.cost < before.cost
-    held, refuted = without_refuted(completed, search, [other])
+    accepted, refuted = eliminate_by_cross_validation(completed, search, [other])
     assert {part.entry for part in refuted} <= set(false)
     assert refuted
-    assert set(true) <= set(held.free)
-    assert misfit(held, [other]) < 0.9 * misfit(completed, [other])
-    # Where nothing else was flown nothing can be refuted.
-    assert without_refuted(completed, search, []) == (completed, ())
+    assert set(true) <= set(accepted.free)
+    assert prediction_error(accepted, [other]) < 0.9 * prediction_error(completed, [other])
+    # Without validation flights nothing can be eliminated.
+    assert eliminate_by_cross_validation(completed, search, []) == (completed, ())
 
 
-def test_what_only_the_other_flight_shows_is_not_called_nothing() -> None:
+def test_an_effect_shown_only_by_the_validation_flight_is_reported() -> None:
     truth = {("C_m", "alpha^2"): -1.2}
     small = Problem(undeclared=truth, amplitude=0.006)
     large = Problem(undeclared=truth, amplitude=0.06, elevator="3211")

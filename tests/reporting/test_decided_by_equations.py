@@ -121,10 +121,10 @@ def test_a_place_is_told_with_its_axis_and_many_effects_with_the_first() -> None
 
 def test_what_is_ahead_of_the_others_is_told_as_early() -> None:
     late = Effect(1, "sensor_delay", "a_z", "", 0.18, 0.02, "s", Evidence(None, 1e-9, None, 40.0))
-    assert effect_sentence(late) == "a_z is recorded late"
-    assert effect_sentence(dataclasses.replace(late, value=-0.18)) == "a_z is recorded early"
+    assert effect_sentence(late) == "a_z is recorded with a time delay"
+    assert effect_sentence(dataclasses.replace(late, value=-0.18)) == "a_z is recorded early (negative time delay)"
     control = dataclasses.replace(late, kind="control_delay", where="delta_e", value=-0.05)
-    assert effect_sentence(control) == "delta_e acts before it is recorded"
+    assert effect_sentence(control) == "delta_e acts before it is recorded (negative time delay)"
 
 
 def test_a_model_error_that_no_aircraft_has_is_compared_with_nothing(result: ClosedLoop) -> None:

@@ -1,4 +1,4 @@
-"""The output-error estimate of what the equations show, of two records whose trims differ."""
+"""The output-error estimate of the structure found by equation error, on two records with different trim."""
 
 import lateral_flights as commuter
 import numpy as np
@@ -9,7 +9,7 @@ from aerosid.effects.step_change import step_change
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
-from aerosid.search.calm_air import without_moved
+from aerosid.search.calm_air import without_eliminated
 from aerosid.search.findings import Part
 
 EQUATIONS = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
@@ -24,13 +24,13 @@ def joint() -> ClosedLoop:
     return close_loop([one, two], commuter.aircraft(commuter.SIDE, 0.93), settings=EQUATIONS)
 
 
-def test_the_late_rudder_is_named_alone_and_measured(joint: ClosedLoop) -> None:
+def test_the_rudder_delay_is_the_only_finding_and_is_measured_by_kinematics(joint: ClosedLoop) -> None:
     (rudder,) = joint.effects
     assert (rudder.kind, rudder.where) in {("control_delay", "delta_r"), ("control_lag", "delta_r")}
     assert abs(rudder.value - 0.08) < 4.0 * rudder.std_error
 
 
-def test_derivatives_are_within_their_deviations_though_the_trims_differ(joint: ClosedLoop) -> None:
+def test_derivatives_are_within_their_standard_errors_though_the_trims_differ(joint: ClosedLoop) -> None:
     rows = [row for row in joint.derivatives if row.term != "1" and row.shown]
     assert len(rows) >= 10
     for row in rows:
@@ -47,9 +47,9 @@ def test_each_record_is_simulated_with_its_own_constants(joint: ClosedLoop) -> N
         assert row.after < 1.15 * commuter.NOISE[row.channel]
 
 
-def test_a_part_is_struck_out_of_the_start_though_its_numbers_and_moment_have_moved() -> None:
+def test_an_eliminated_part_is_removed_from_the_start_though_its_values_have_changed() -> None:
     begun = tuple(ActiveEffect(step_change(name, 6.8, 0.04), (3e-4, 6.8), "one") for name in ("C_n", "C_l"))
     moved = tuple(ActiveEffect(step_change(name, 7.7, 0.04), (1e-5, 7.7), "one") for name in ("C_n", "C_l"))
     gone = Part(None, moved[0], 1e-5, 0.0, 6e-5)
-    assert without_moved(begun, (*moved, moved[1]), gone) == begun[1:]
-    assert without_moved(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun
+    assert without_eliminated(begun, (*moved, moved[1]), gone) == begun[1:]
+    assert without_eliminated(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun

@@ -1,4 +1,4 @@
-"""Which terms are asked for: what the logs can show and no answer of the aircraft; what planted ones come out as."""
+"""Candidate terms: inputs that the logs excite and no response of the aircraft; findings of simulated terms."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, Truth, with_channels
 
-from aerosid.effects.aerodynamic_terms import searched_numbers
+from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -45,19 +45,19 @@ def asked(*logs: FlightLog) -> set[tuple[str, str]]:
     return {(coefficient, str(term)) for coefficient, term in candidate_entries(LIGHT, logs)}
 
 
-def test_channels_that_move_are_asked_for_in_every_coefficient() -> None:
+def test_channels_that_vary_are_candidates_in_every_coefficient() -> None:
     log = flown(
         {}, {"delta_h": trimming, "speed_brake": lambda t: 1.0 * (t > 6.0), "delta_f": lambda t: 0.2 + 0.0 * t}, 9
     )
     names = asked(log)
     for coefficient in LIGHT.coefficients:
         assert {(coefficient, "delta_h"), (coefficient, "speed_brake")} <= names
-        assert (coefficient, "delta_f") not in names  # it does not move
+        assert (coefficient, "delta_f") not in names  # it does not vary
         assert (coefficient, "C_T") not in names  # thrust is constant
     assert ("C_m", "delta_h") not in asked(log, with_channels(log, delta_h=None))
 
 
-def test_an_answer_of_the_aircraft_is_no_input() -> None:
+def test_a_response_of_the_aircraft_is_no_input() -> None:
     log = flown({}, duration=9.0)
     noise = np.random.default_rng(0).standard_normal((2, log.time.size))
     answers = {"n_z": -log["a_z"] / 9.81 + 0.01 * noise[0], "gamma": log["theta"] - log["alpha"]}
@@ -69,7 +69,7 @@ def test_an_answer_of_the_aircraft_is_no_input() -> None:
     assert not named & {"n_z", "gamma", "hiss"}
 
 
-def test_thrust_and_mach_are_asked_for_where_they_vary() -> None:
+def test_thrust_and_mach_are_candidates_where_they_vary() -> None:
     log = flown({}, duration=9.0)
     swinging = with_channels(log, thrust=log["thrust"] * (1.0 + 0.2 * np.sin(log.time)), mach=log["V"] / 340.0)
     assert {("C_X", "C_T"), ("C_m", "C_T"), ("C_Z", "mach"), ("C_m", "alpha*mach")} <= asked(swinging)
@@ -81,14 +81,14 @@ def test_thrust_and_mach_are_asked_for_where_they_vary() -> None:
 def test_knots_lie_inside_the_flown_range() -> None:
     log = flown({}, duration=9.0)
     terms = {term for coefficient, term in candidate_entries(LIGHT, [log]) if coefficient == "C_m"}
-    knots = {factor.offset for term in terms for factor in term.factors if searched_numbers(term)}
+    knots = {factor.offset for term in terms for factor in term.factors if searched_parameters(term)}
     assert len(knots) == 3
     assert log["alpha"].min() < min(knots) < max(knots) < log["alpha"].max()
     assert all(knot == pytest.approx(round(knot, 2), abs=1e-12) for knot in knots)
     still = with_channels(log, alpha=0.02 + 0.001 * np.sin(log.time))
-    assert not any(map(searched_numbers, (term for _, term in candidate_entries(LIGHT, [still]))))
-    assert searched_numbers(parse_term("pos(alpha - 0.1)^2*delta_e")) == 1
-    assert searched_numbers(parse_term("pos(alpha)*abs(delta_e)")) == 0
+    assert not any(map(searched_parameters, (term for _, term in candidate_entries(LIGHT, [still]))))
+    assert searched_parameters(parse_term("pos(alpha - 0.1)^2*delta_e")) == 1
+    assert searched_parameters(parse_term("pos(alpha)*abs(delta_e)")) == 0
 
 
 def test_a_recorded_trim_is_named_as_the_channel_it_is() -> None:
@@ -120,15 +120,15 @@ def test_planted_terms_are_named(coefficient: str, text: str, value: float) -> N
 
 
 @pytest.mark.slow
-def test_what_a_flight_cannot_tell_apart_costs_no_second_name() -> None:
-    """On an elevator of three levels its square and its cube are one function."""
+def test_indistinguishable_terms_are_not_both_named() -> None:
+    """For an elevator of three levels its square and its cube are linearly dependent."""
     result = close_loop([flown({("C_m", "delta_e^2"): 6.0})], LIGHT)
     assert len(result.effects) == 1
     told = {(effect.where, effect.term) for effect in (*result.effects, *result.alternatives)}
     assert {("C_m", "delta_e^2")} <= told
 
 
-def test_attitude_is_asked_of_the_pitching_moment_where_it_is_recorded_and_moves() -> None:
+def test_attitude_is_a_candidate_of_the_pitching_moment_where_it_is_recorded_and_varies() -> None:
     log = flown({}, duration=9.0)
     turning = with_channels(log, phi=0.3 * np.sin(log.time))
     assert float(np.ptp(log["theta"])) > 0.1
@@ -139,7 +139,7 @@ def test_attitude_is_asked_of_the_pitching_moment_where_it_is_recorded_and_moves
 
 
 @pytest.mark.parametrize("method", ["equations", "likelihood"])
-def test_a_moment_of_pitch_is_named_as_such_and_not_mimicked_by_slow_terms(method: Method) -> None:
+def test_a_moment_due_to_pitch_attitude_is_named_and_not_imitated_by_slow_terms(method: Method) -> None:
     logs = [flown({("C_m", "theta"): 0.012}, duration=24.0, seed=seed) for seed in (1, 2)]
     settings = LoopSettings(method=method, paper_chain=False, second_opinion=False, next_flight=False)
     result = close_loop(logs[:1], LIGHT, logs[1:], settings=settings)

@@ -1,4 +1,4 @@
-"""An engine that fails and a store that is released: beside the step of a moment stands the arm that makes it."""
+"""Engine failure and store release: the lever arm is an alternative to the step of a moment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from lateral_flights import MASS, SIDE, SPAN, Lateral, aircraft, level
 
 from aerosid.effects import ActiveEffect
-from aerosid.effects.thrust import sudden_thrust_asymmetry, thrust_asymmetry
+from aerosid.effects.thrust import thrust_asymmetry, thrust_asymmetry_step
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import initial_state, prepare
@@ -32,7 +32,7 @@ def test_an_arm_of_the_thrust_yaws_as_the_suites_equations_do() -> None:
     truth = Lateral(extra={("C_n", "C_T*x_1"): 1.0 / SPAN}, inputs={"x_1": from_then_on(0.2)}, noise=0.0)
     declared = aircraft(SIDE)
     model, _ = asked_of([truth.log()], [], declared)
-    effect = ActiveEffect(sudden_thrust_asymmetry(WHEN, 0.04), (0.2, WHEN))
+    effect = ActiveEffect(thrust_asymmetry_step(WHEN, 0.04), (0.2, WHEN))
     assert thrust_asymmetry().column == effect.effect.where_acts  # type: ignore[union-attr]
     model = with_columns_of(model, [effect])
     manoeuvre = prepare(truth.log(), declared, model.columns[: len(asked_of([truth.log()], [], declared)[0].columns)])
@@ -54,7 +54,7 @@ def test_an_arm_of_the_thrust_yaws_as_the_suites_equations_do() -> None:
         ("C_l", 0.03 * MASS * 9.80665 / (level()[2] * SPAN), "cg_shift", "y", 0.03),
     ],
 )
-def test_the_arm_stands_beside_the_step(term: str, size: float, kind: str, where: str, arm: float) -> None:
+def test_the_lever_arm_is_an_alternative_to_the_step(term: str, size: float, kind: str, where: str, arm: float) -> None:
     flight = Lateral(extra={(term, "C_T*x_1"): 1.0}, inputs={"x_1": from_then_on(size)})
     result = close_loop([flight.log()], aircraft(SIDE), settings=QUICK)
     assert [(each.kind, each.where) for each in result.effects] == [("step_change", term)]

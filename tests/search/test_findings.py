@@ -1,10 +1,10 @@
-"""What is listed beside a finding is listed once."""
+"""Alternatives to a finding are listed once."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from aerosid.search.findings import Finding, each_once
+from aerosid.search.findings import Finding, unique_alternatives
 
 SHIFT = Finding(
     kind="cg_shift",
@@ -21,8 +21,8 @@ SHIFT = Finding(
 )
 
 
-def test_an_alternative_at_two_moments_is_listed_once_at_the_likelier() -> None:
+def test_an_alternative_at_two_instants_is_listed_once_at_the_likelier() -> None:
     likelier = replace(SHIFT, time=55.0, gain=-1.0)
     jump = replace(SHIFT, kind="step_change", where="C_m")
     elsewhere = replace(SHIFT, instead_of="C_m C_T")
-    assert each_once([SHIFT, jump, likelier, elsewhere]) == (likelier, jump, elsewhere)
+    assert unique_alternatives([SHIFT, jump, likelier, elsewhere]) == (likelier, jump, elsewhere)

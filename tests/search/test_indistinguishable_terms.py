@@ -1,4 +1,4 @@
-"""What one coefficient cannot tell from a late vane is listed, as equation error would show it."""
+"""Terms that one coefficient cannot distinguish from a vane lag are listed, against equation error."""
 
 from __future__ import annotations
 
@@ -15,25 +15,30 @@ from aerosid.estimation.maximum_likelihood import refine
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.attribution import USUAL, Attribution, attribute
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.indistinguishable_terms import CoefficientRival, coefficient_rivals, told_of_rivals, with_rivals
+from aerosid.search.indistinguishable_terms import (
+    IndistinguishableTerm,
+    indistinguishable_terms,
+    note_on_indistinguishable_terms,
+    with_indistinguishable_terms,
+)
 
 LAG = 0.25
 
 QUIET = Problem(duration=14.1, elevator="3211", amplitude=0.045, noise={c: 0.1 * s for c, s in NOISE.items()})
 
 
-def judged(problem: Problem, log: FlightLog) -> tuple[Attribution, list[CoefficientRival]]:
-    """What is found among terms and sensors' effects, and what one coefficient cannot tell from it."""
+def findings_and_terms(problem: Problem, log: FlightLog) -> tuple[Attribution, list[IndistinguishableTerm]]:
+    """The findings among terms and sensor errors, and the terms indistinguishable from them in one coefficient."""
     model, manoeuvre = problem.prepared(log)
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     effects = effect_hypotheses(model, [manoeuvre])
     hypotheses = (*term_hypotheses(problem.candidates(log)), *(h for h in effects if h.kind.startswith("sensor")))
     found = attribute(before, [manoeuvre], hypotheses, settings=replace(USUAL, disturbances=False))
-    return found, coefficient_rivals(found, [manoeuvre], hypotheses)
+    return found, indistinguishable_terms(found, [manoeuvre], hypotheses)
 
 
 def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np.float64]) -> float:
-    """Sum of squares that equation error for C_m leaves, with code of its own."""
+    """Residual sum of squares of equation error for C_m, by independent code."""
     assert LIGHT.density is not None
     pressure = 0.5 * LIGHT.density * log["V"] ** 2
     moment = LIGHT.I_yy * np.gradient(log["q"], log.time) / (pressure * LIGHT.wing_area * LIGHT.mean_chord)
@@ -46,40 +51,45 @@ def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np
     return float(rest @ rest)
 
 
-def test_alphadot_stands_beside_a_lagging_vane_with_what_tells_them_apart() -> None:
+def test_alphadot_is_reported_as_indistinguishable_from_a_vane_lag_in_one_coefficient() -> None:
     log = QUIET.fly()
     true = log["alpha"]
     _, late, _ = lsim(([1.0 / LAG], [1.0, 1.0 / LAG]), true - true[0], log.time)
     log = with_channels(log, alpha=true[0] + late)
-    found, rivals = judged(QUIET, log)
+    found, indistinguishable = findings_and_terms(QUIET, log)
     assert [(f.kind, f.where) for f in found.findings] == [("sensor_lag", "alpha")]
-    (moment,) = [rival for rival in rivals if rival.coefficient == "C_m"]
+    (moment,) = [term for term in indistinguishable if term.coefficient == "C_m"]
     assert (moment.finding.where, moment.finding.term) == ("C_m", "alpha_dot_hat")
     assert moment.finding.instead_of == "sensor_lag of alpha"
-    # Whose share is what equation error gives, and which the motion as a whole refutes.
+    # Its variance fraction is that of equation error, and all channels together reject it.
     plain = unexplained(log, log["alpha"])
     smooth = np.gradient(np.convolve(log["alpha"], np.ones(7) / 7.0, "same"), log.time)
-    won = plain - unexplained(log, true)
-    assert moment.share == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / won, abs=0.05)
+    explained = plain - unexplained(log, true)
+    assert moment.fraction == pytest.approx((plain - unexplained(log, log["alpha"], smooth)) / explained, abs=0.05)
     assert moment.finding.gain < -100.0
-    listed = with_rivals(found, rivals, np.inf).alternatives
+    listed = with_indistinguishable_terms(found, indistinguishable, np.inf).alternatives
     assert ("C_m", "alpha_dot_hat") in {(other.where, other.term) for other in listed}
-    assert with_rivals(with_rivals(found, rivals, np.inf), rivals, np.inf).alternatives == listed
-    # What all channels together tell from the effect is a warning about one coefficient, and no alternative.
-    worse = max(-rival.finding.gain for rival in rivals)
-    assert with_rivals(found, rivals, worse + 1.0).alternatives[-1].worse_by <= worse
-    assert len(with_rivals(found, rivals, worse - 1.0).alternatives) < len(listed)
-    (sentence,) = [note for note in told_of_rivals(rivals) if note.startswith("C_m alone")]
+    assert (
+        with_indistinguishable_terms(
+            with_indistinguishable_terms(found, indistinguishable, np.inf), indistinguishable, np.inf
+        ).alternatives
+        == listed
+    )
+    # A term that all channels together distinguish from the effect is a warning about one coefficient, no alternative.
+    worse = max(-term.finding.gain for term in indistinguishable)
+    assert with_indistinguishable_terms(found, indistinguishable, worse + 1.0).alternatives[-1].worse_by <= worse
+    assert len(with_indistinguishable_terms(found, indistinguishable, worse - 1.0).alternatives) < len(listed)
+    (sentence,) = [note for note in note_on_indistinguishable_terms(indistinguishable) if note.startswith("C_m alone")]
     assert "sensor_lag of alpha" in sentence
-    assert "speak for the effect" in sentence
+    assert "favour the effect" in sentence
 
 
-def test_nothing_stands_beside_a_term_nor_beside_a_fault_that_no_term_looks_like() -> None:
+def test_no_term_is_reported_for_a_term_or_for_an_error_that_no_term_imitates() -> None:
     squares = Problem(undeclared={("C_m", "alpha^2"): -1.7})
-    found, rivals = judged(squares, squares.fly())
+    found, indistinguishable = findings_and_terms(squares, squares.fly())
     assert [(f.where, f.term) for f in found.findings] == [("C_m", "alpha^2")]
-    assert not rivals
+    assert not indistinguishable
     log = QUIET.fly()
-    found, rivals = judged(QUIET, with_channels(log, theta=log["theta"] + 0.02))
+    found, indistinguishable = findings_and_terms(QUIET, with_channels(log, theta=log["theta"] + 0.02))
     assert [f.kind for f in found.findings] == ["sensor_bias"]
-    assert not rivals
+    assert not indistinguishable

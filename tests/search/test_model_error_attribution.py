@@ -1,4 +1,4 @@
-"""d(t) decides in lateral and six axes: planted effects found with their size, nothing named where none is missing."""
+"""Selection by d(t) in lateral and six axes: simulated effects found with their size, no false findings."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def names(found: Attribution) -> set[str]:
     ],
     ids=["C_n", "C_l", "place", "rudder", "six axes"],
 )
-def test_one_thing_missing_is_named_alone_within_four_of_its_deviations(
+def test_one_missing_effect_is_named_alone_within_four_standard_errors(
     flight: Lateral, terms: Mapping[tuple[str, str], float], name: str, value: float
 ) -> None:
     """Derivatives are declared a tenth off; the flights are the suite's own rigid body."""
@@ -78,11 +78,11 @@ def test_one_thing_missing_is_named_alone_within_four_of_its_deviations(
 
 
 @pytest.mark.parametrize("terms", [TERMS, WHOLE], ids=["lateral", "six axes"])
-def test_nothing_missing_is_nothing_named(terms: Mapping[tuple[str, str], float]) -> None:
+def test_nothing_is_named_without_a_missing_effect(terms: Mapping[tuple[str, str], float]) -> None:
     assert names(found_in(Lateral(seed=4).log(), aircraft(terms, 1.1))) == set()
 
 
-def test_of_wind_from_the_side_nothing_but_its_size_is_named() -> None:
+def test_of_lateral_turbulence_only_its_size_is_named() -> None:
     body, generator = BODIES[0], np.random.default_rng(1)
     sigma = 0.02 * body.airspeed
     log = flown("gusts", body, 77, gust=sigma, interval=0.04, seconds=25.0)
@@ -100,7 +100,7 @@ def test_of_wind_from_the_side_nothing_but_its_size_is_named() -> None:
     assert len(inside) > len(INERTIA)
 
 
-def test_a_lateral_model_that_cannot_be_flown_is_told_what_to_look_at() -> None:
+def test_the_error_of_a_lateral_model_that_cannot_be_simulated_names_its_cause() -> None:
     backwards = replace(aircraft(TERMS), derivatives=tuple(_turned(d) for d in aircraft(TERMS).derivatives))
     with pytest.raises(EstimationError, match=r"\|beta\| < 1.5 rad; check the signs of delta_a, delta_r, C_n_beta"):
         found_in(Lateral(seed=9, duration=8.0).log(), backwards)

@@ -1,4 +1,4 @@
-"""Screening by d(t): pieces of the candidates say what all of them at once say."""
+"""Screening by d(t): batches of the candidates have the scores of all at once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 @pytest.fixture(scope="module")
 def screened() -> tuple[list[Score], list[Score]]:
-    """All candidates of a flight that lacks a term: in one piece, and in pieces of seven columns or fewer."""
+    """All candidates of a flight with a missing term: in one batch, and in batches of seven columns or fewer."""
     log = Problem(undeclared={("C_m", "alpha^2"): -1.715}, duration=8.0).fly(21)
     model, candidates = asked_of([log], [], LIGHT)
     asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
@@ -37,7 +37,7 @@ def screened() -> tuple[list[Score], list[Score]]:
     return tuple(screen(sweeps, current, hypotheses, chords, each, len(hypotheses)) for each in (settings, few))  # type: ignore[return-value]
 
 
-def test_pieces_score_every_candidate_as_all_at_once(screened: tuple[list[Score], list[Score]]) -> None:
+def test_batches_score_every_candidate_as_all_at_once(screened: tuple[list[Score], list[Score]]) -> None:
     whole, pieces = ({score.hypothesis: score for score in scores} for scores in screened)
     assert whole.keys() == pieces.keys()
     assert len(whole) > 100
@@ -49,18 +49,18 @@ def test_pieces_score_every_candidate_as_all_at_once(screened: tuple[list[Score]
         np.testing.assert_allclose(other.start, score.start, rtol=1e-6, atol=1e-12)
 
 
-def test_the_missing_term_leads_the_terms(screened: tuple[list[Score], list[Score]]) -> None:
+def test_the_missing_term_has_the_largest_score_of_the_terms(screened: tuple[list[Score], list[Score]]) -> None:
     terms = [score for score in screened[0] if score.hypothesis.is_plain_term]
     best = max(terms, key=lambda score: score.gain)
     assert best.hypothesis.label == ("aero_term", "C_m", "alpha^2")
 
 
 SENSORS = (("sensor_scale", "a_x"), ("sensor_lag", "a_z"))
-"""What was named on clean flights in coloured noise, before their columns were taken along the motion without d(t)."""
+"""False findings on flights in coloured noise, before their columns were taken along the motion without d(t)."""
 
 
 def in_coloured_noise(seed: int, memory: float = 0.7, size: float = 3.0) -> FlightLog:
-    """A flight from which nothing is missing, its sensors' noise AR(1)."""
+    """A flight without a missing effect, its sensors' noise AR(1)."""
     log = Problem(elevator="3211", amplitude=0.045, noise=SILENT).fly(seed)
     generator = np.random.default_rng(seed)
     channels = dict(log.channels)
@@ -73,7 +73,7 @@ def in_coloured_noise(seed: int, memory: float = 0.7, size: float = 3.0) -> Flig
 
 
 def sensor_p_values(log: FlightLog) -> list[float]:
-    """Of each of `SENSORS` by chance, fitted by itself."""
+    """p-value of each of `SENSORS`, fitted by itself."""
     model, candidates = asked_of([log], [], LIGHT)
     asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
     settings = ModelErrorSearchSettings()
@@ -87,7 +87,7 @@ def sensor_p_values(log: FlightLog) -> list[float]:
     ]
 
 
-def test_what_d_takes_from_coloured_noise_shows_no_sensor_along_the_motion_without_it() -> None:
+def test_coloured_noise_in_d_gives_no_sensor_error_along_the_motion_without_d() -> None:
     found = np.array([sensor_p_values(in_coloured_noise(seed)) for seed in range(40, 50)])
     # Twenty tests: the least of their p-values is below 5e-4 once in a hundred such sets, their mean outside these
     # bounds once in a thousand.
@@ -95,7 +95,7 @@ def test_what_d_takes_from_coloured_noise_shows_no_sensor_along_the_motion_witho
     assert 0.28 < found.mean() < 0.72
 
 
-def test_a_sensor_that_is_wrong_shows_along_the_motion_without_d() -> None:
+def test_a_sensor_error_is_significant_along_the_motion_without_d() -> None:
     log = in_coloured_noise(61)
     channels = {**log.channels, "a_x": 1.3 * log["a_x"]}
     scale, lag = sensor_p_values(FlightLog(log.name, log.time, channels, log.units))
@@ -103,7 +103,7 @@ def test_a_sensor_that_is_wrong_shows_along_the_motion_without_d() -> None:
     assert lag > 1e-3
 
 
-def test_what_is_no_sensor_is_not_asked_along_the_motion_without_d(
+def test_candidates_other_than_sensor_errors_are_not_tested_along_the_motion_without_d(
     screened: tuple[list[Score], list[Score]],
 ) -> None:
     log = Problem(duration=8.0).fly(21)

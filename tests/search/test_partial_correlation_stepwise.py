@@ -1,4 +1,4 @@
-"""The search by d(t): planted terms, sensors, controls and jumps found, withheld ones not replaced, no false alarms."""
+"""Stepwise selection by d(t): simulated terms, sensors, controls and steps found, withheld ones not replaced."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def names(found: Attribution) -> set[str]:
     return {named((f.kind, f.where, f.term)) for f in found.findings}
 
 
-def test_both_terms_of_the_paper_are_found_within_four_of_their_deviations() -> None:
+def test_both_terms_of_the_paper_are_found_within_four_standard_errors() -> None:
     found = found_in(Problem(undeclared=BOTH_SQUARES).fly(5), catalogue="all")
     assert names(found) == {"C_X alpha^2", "C_m alpha^2"}
     for finding in found.findings:
@@ -80,9 +80,9 @@ def test_a_term_in_lift_is_found_in_lift() -> None:
 
 
 @pytest.mark.slow
-def test_a_late_control_and_a_biased_vane_are_found_and_no_term_in_their_place() -> None:
+def test_a_control_delay_and_a_vane_bias_are_found_and_no_term_in_their_place() -> None:
     flight = Problem().fly(8)
-    late = np.interp(flight.time + 0.1, flight.time, flight["delta_e"])  # what is recorded comes before what acts
+    late = np.interp(flight.time + 0.1, flight.time, flight["delta_e"])  # the recorded control precedes the acting one
     early = replace(flight, channels={**flight.channels, "delta_e": late})
     (one,) = found_in(early, catalogue="all").findings
     assert (one.kind, one.where) == ("control_delay", "delta_e")
@@ -93,7 +93,7 @@ def test_a_late_control_and_a_biased_vane_are_found_and_no_term_in_their_place()
     assert one.value == pytest.approx(0.02, abs=5.0 * one.std_error)
 
 
-def test_nothing_missing_is_nothing_named_and_d_is_no_larger_than_its_deviation() -> None:
+def test_without_a_missing_effect_nothing_is_named_and_d_is_within_its_standard_deviation() -> None:
     log = Problem().fly(9)
     asked = question(log)
     found = by_model_error(asked, QUIET, lambda _stage: None).found
@@ -136,12 +136,12 @@ def test_a_declared_effect_of_the_motion_has_its_input_column_in_the_first_estim
     assert len(model.columns) > len(asked.declared.columns)
     numbers = LIGHT.coefficients, ChainSettings(), ModelErrorSearchSettings()
     start = swept_start(model, asked.manoeuvres, asked.free, (lift,), *numbers)
-    # Far from the ground the effect is none, and so is its part of the first d(t).
+    # Far from the ground the effect is zero, and so is its part of the first d(t).
     plain = swept_start(asked.declared, asked.manoeuvres, asked.free, (), *numbers)
     np.testing.assert_allclose(start.forces[0], plain.forces[0], atol=1e-12)
 
 
-def test_a_flight_without_the_model_s_columns_is_refused_before_a_kernel_reads_beside_it() -> None:
+def test_a_flight_without_the_model_s_columns_is_refused_before_a_kernel_reads_out_of_bounds() -> None:
     asked = question(Problem().fly(12))
     wider = with_columns_of(asked.declared, [frozen(ActiveEffect(ground_effect("C_Z", 20.0), (0.3, 20.0)))])
     with pytest.raises(ValueError, match="input columns"):
@@ -149,15 +149,15 @@ def test_a_flight_without_the_model_s_columns_is_refused_before_a_kernel_reads_b
 
 
 @pytest.mark.slow
-def test_a_withheld_term_is_not_told_as_a_sensors_fault_or_a_jump() -> None:
-    """Terms that do nearly the same may stand for it; nothing else may."""
+def test_a_withheld_term_is_not_named_as_a_sensor_error_or_a_step_change() -> None:
+    """Nearly collinear terms may replace it; nothing else may."""
     log = Problem(undeclared={("C_m", "alpha^2"): -1.715}).fly(11)
     found = by_model_error(question(log, without=(("C_m", "alpha^2"),)), QUIET, lambda _stage: None).found
     assert {finding.kind for finding in found.findings} <= {"aero_term", "gust"}
     assert {finding.where for finding in found.findings} <= {"C_m", ""}
 
 
-def test_a_model_that_cannot_be_flown_is_said_in_one_sentence() -> None:
+def test_a_model_that_cannot_be_simulated_is_reported_in_one_sentence() -> None:
     backwards = declaring(LIGHT, {("C_m", "alpha"): 40.0, ("C_m", "q_hat"): 400.0})
     with pytest.raises(EstimationError, match="leaves"):
         found_in(Problem(duration=6.0).fly(12), backwards)
@@ -165,7 +165,7 @@ def test_a_model_that_cannot_be_flown_is_said_in_one_sentence() -> None:
 
 @pytest.mark.slow
 def test_false_alarms_are_at_most_two_in_a_hundred() -> None:
-    """White and coloured noise; three or more have a chance of 1.5e-4 at one in a thousand, of .88 at one in twenty."""
+    """White and coloured noise; P(three or more) is 1.5e-4 at one in a thousand, .88 at one in twenty."""
     alarms = []
     for seed in range(100):
         log = Problem(elevator="doublet" if seed % 2 else "3211", amplitude=0.045, duration=10.0).fly(1000 + seed)
@@ -186,8 +186,8 @@ def test_false_alarms_are_at_most_two_in_a_hundred() -> None:
 
 
 @pytest.mark.parametrize("number", [30, 44, 75])
-def test_d_in_coloured_noise_is_told_as_no_accelerometers_fault(number: int) -> None:
-    """Clean flights on which the lag or scale of an accelerometer was named, whose noise d(t) had taken in."""
+def test_d_in_coloured_noise_is_not_named_as_an_accelerometer_error(number: int) -> None:
+    """Flights without a missing effect on which an accelerometer error was named, whose noise d(t) had taken in."""
     trial = drawn(number, 9101)
     found = found_in(flown(trial), declared(trial), "all")
     assert not found.findings

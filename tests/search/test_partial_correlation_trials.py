@@ -1,4 +1,4 @@
-"""First-order trials along a motion with d(t), beside fits that fly the candidate."""
+"""First-order trials along a motion with d(t), against fits by simulation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aerosid.model_error.swept_model import Sweep
 from aerosid.search.partial_correlation.attribution import swept_start
 from aerosid.search.partial_correlation.screening import chords_of, screen
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
-from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, shortlisted, worth
+from aerosid.search.partial_correlation.trials import first_order_trials, is_linear, net_gain, shortlisted
 
 MISSING = ("C_m", "alpha^2")
 SETTINGS = ModelErrorSearchSettings(kept_statistics=True)
@@ -34,11 +34,11 @@ def screened() -> tuple[Question, FlightSweeps, Sweep, list[Score]]:
     current = sweeps.estimate(swept_start(*arguments), sweeps=2)
     hypotheses = [h for h in asked.hypotheses("all") if all(is_seen(active) for active in h.effects)]
     scores = screen(sweeps, current, hypotheses, chords_of(hypotheses), SETTINGS, len(hypotheses))
-    return asked, sweeps, current, sorted(scores, key=lambda score: -worth(score, SETTINGS))
+    return asked, sweeps, current, sorted(scores, key=lambda score: -net_gain(score, SETTINGS))
 
 
 @pytest.mark.parametrize("label", [("aero_term", *MISSING), ("sensor_scale", "q", "")])
-def test_a_first_order_trial_gives_what_a_fit_gives_that_flies_the_candidate(
+def test_a_first_order_trial_agrees_with_a_fit_by_simulation(
     screened: tuple[Question, FlightSweeps, Sweep, list[Score]], label: tuple[str, str, str]
 ) -> None:
     _, sweeps, current, scores = screened
@@ -62,7 +62,7 @@ def test_a_first_order_trial_gives_what_a_fit_gives_that_flies_the_candidate(
     assert current.cost - trial.cost == pytest.approx(current.cost - flown.cost, rel=0.1, abs=4.0)
 
 
-def test_only_what_is_in_proportion_to_its_numbers_is_linear(
+def test_only_candidates_with_a_linear_response_are_linear(
     screened: tuple[Question, FlightSweeps, Sweep, list[Score]],
 ) -> None:
     kinds = {score.hypothesis.kind for score in screened[3] if is_linear(score.hypothesis)}
@@ -70,14 +70,14 @@ def test_only_what_is_in_proportion_to_its_numbers_is_linear(
     assert not kinds & {"step_change", "control_lag", "control_delay", "sensor_lag", "sensor_delay"}
 
 
-def test_an_apparent_mass_that_no_air_has_is_not_tried(
+def test_an_implausible_apparent_mass_is_not_tried(
     screened: tuple[Question, FlightSweeps, Sweep, list[Score]],
 ) -> None:
     asked, _, current, scores = screened
     heave = next(s for s in scores if s.hypothesis.label == ("aero_term", "C_Z", "alpha_dot_hat"))
     best = next(s for s in scores if s.hypothesis.label == ("aero_term", *MISSING))
     first = asked.manoeuvres[0]
-    # The mass of the air in a cylinder about the chord is some hundredth of the aircraft's: a C_Z of 1 per alphadot.
+    # The mass of the air in a cylinder about the chord is about a hundredth of the aircraft's: a C_Z of 1 per alphadot.
     for step, there in ((-1.0, True), (-500.0, False)):
         leading = [replace(heave, gain=10.0 * best.gain, start=(step,)), best]
         listed = shortlisted(leading, current, first, SETTINGS, len(scores))

@@ -121,7 +121,7 @@ def _off_by(bounds: float, deviation: float, named: bool) -> contest.Tool:
     return tool
 
 
-def test_scores_are_what_they_are_said_to_be(tmp_path: Path) -> None:
+def test_scores_follow_their_definitions(tmp_path: Path) -> None:
     made = (
         contest.Rival("near", False, "", lambda _folder: _off_by(0.5, 1.0, True)),
         contest.Rival("far", False, "", lambda _folder: _off_by(3.0, 1.0, False)),

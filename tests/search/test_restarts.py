@@ -1,4 +1,4 @@
-"""Restarts where what is missing is gross: a control's effect is profiled, a term far behind is not asked again."""
+"""Restarts at a gross residual: profile likelihood of a control effect, no restart of a term far behind."""
 
 from dataclasses import replace
 
@@ -9,19 +9,19 @@ from equations_decided import questioned
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.contest import begun
+from aerosid.estimation.competing_fits import evaluated_starts
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Start, refine
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.restarts import profiled, worth_restarting
+from aerosid.search.restarts import profile_starts, restart_candidates
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.trial_fits import shortlisted, tried
+from aerosid.search.trial_fits import shortlisted, trial_fits
 
 
 @pytest.mark.parametrize("followed", [AttributionSettings().trials.profile_followed, 10])
-def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) -> None:
+def test_the_profile_start_of_a_large_lag_is_near_its_true_value(followed: int) -> None:
     late = {"delta_a": lambda time, given: np.interp(time - 0.4, time, given)}
     log = commuter.Lateral(seed=31, surfaces=late, duration=12.0).log()
     aircraft = commuter.aircraft(commuter.SIDE)
@@ -33,15 +33,15 @@ def test_a_surface_far_behind_its_record_begins_near_where_it_is(followed: int) 
     usual = AttributionSettings()
     settings = replace(usual, trials=replace(usual.trials, profile_followed=followed))
     search = StructureSearch((manoeuvre,), tuple(delays), (), declared, settings, model)
-    (start,) = profiled(search, declared, delays, np.inf)
+    (start,) = profile_starts(search, declared, delays, np.inf)
     (active,) = start.effects
     assert active.values[0] == pytest.approx(0.4, rel=0.5)
 
 
-def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -> None:
+def test_the_predicted_cost_of_a_start_is_that_of_a_full_step_of_its_linearisation() -> None:
     model, manoeuvre = Problem().prepared(Problem().fly())
     free = tuple(model.entries)
-    (known,) = begun([Start(model, free)], [manoeuvre], TRIAL)
+    (known,) = evaluated_starts([Start(model, free)], [manoeuvre], TRIAL)
     assert known.start.point is not None
     point = known.start.point
     likelihood = Likelihood(model, (manoeuvre,), free)
@@ -49,7 +49,7 @@ def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -
     plain = likelihood.evaluate(model.values, (manoeuvre.first_state,), (), at)
     assert plain is not None
     assert point.cost == plain.cost
-    variance = point.likeliest_variance(likelihood.variance_floor)
+    variance = point.maximum_likelihood_variance(likelihood.variance_floor)
     ratio = point.variance / variance
     normal = np.einsum("i,ijk->jk", ratio, point.normals)
     step = np.linalg.lstsq(normal, ratio @ point.gradients, rcond=1e-12)[0]
@@ -58,20 +58,22 @@ def test_what_a_start_promises_is_what_its_linearisation_says_of_a_full_step() -
         for squares, g, n in zip(point.squares, point.gradients, point.normals, strict=True)
     ]
     shown = point.counts > 0.0
-    promised = np.sum(point.counts[shown] * np.log(np.array(left)[shown] / point.counts[shown])) + point.counts.sum()
-    assert known.promised - point.cost == pytest.approx(promised - point.squares.sum(), rel=1e-6)
+    predicted_cost = (
+        np.sum(point.counts[shown] * np.log(np.array(left)[shown] / point.counts[shown])) + point.counts.sum()
+    )
+    assert known.predicted_cost - point.cost == pytest.approx(predicted_cost - point.squares.sum(), rel=1e-6)
 
 
-def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither() -> None:
+def test_a_term_that_is_not_restarted_would_not_win_from_the_declared_values() -> None:
     model, manoeuvre = Problem(undeclared=BOTH_SQUARES).prepared(Problem(undeclared=BOTH_SQUARES).fly())
     fitted = refine(model, [manoeuvre], model.entries, settings=TRIAL)
     terms = [entry("C_m", text) for text in ("alpha^2", "alpha^3", "alpha*q_hat", "alpha*delta_e")]
     offered = term_hypotheses(terms) + effect_hypotheses(model, [manoeuvre], LIGHT.coefficients)
     search = StructureSearch((manoeuvre,), offered, LIGHT.coefficients, fitted, AttributionSettings(), model)
     shortlist = shortlisted(search, search.scores(fitted))
-    trials = tried(search, fitted, shortlist)
-    level = min(map(search.price, trials))
-    again = worth_restarting(search, fitted, shortlist, trials, level)
+    trials = trial_fits(search, fitted, shortlist)
+    level = min(map(search.penalised_cost, trials))
+    again = restart_candidates(search, fitted, shortlist, trials, level)
     assert {score.hypothesis.label for score in shortlist if score.hypothesis.effects} <= {
         s.hypothesis.label for s in again
     }
@@ -80,4 +82,4 @@ def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither()
     assert left
     for entries in left:
         anew = refine(model.extended(entries), [manoeuvre], [*model.entries, *entries])
-        assert search.price(anew) > level
+        assert search.penalised_cost(anew) > level

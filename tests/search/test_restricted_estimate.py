@@ -1,4 +1,4 @@
-"""What is held beside named effects: the covariance of derivatives were the effects' numbers known."""
+"""Restricted estimates: the covariance of derivatives for known parameters of the effects."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.search.equation_error_attribution import attribute_by_equations
 
 SIDE_TERM = ("C_Y", "beta")
-"""Without a vane of sideslip its derivative and the place of the lateral accelerometer are known together."""
+"""Without a sideslip vane its derivative and the lateral accelerometer's position are correlated."""
 
 
 def flown(seed: int, *, mirrored: bool = False) -> FlightLog:
@@ -22,7 +22,7 @@ def flown(seed: int, *, mirrored: bool = False) -> FlightLog:
     return commuter.without_vane(flight.log(mirrored=mirrored, name=f"flight {seed}"))
 
 
-def test_known_effects_leave_the_covariance_of_a_regression_in_which_they_are_held() -> None:
+def test_known_effects_give_the_covariance_of_a_regression_in_which_they_are_held() -> None:
     aircraft = commuter.aircraft(commuter.SIDE, 0.93)
     log = flown(9301)
     found = decided(aircraft, [log], [flown(9302, mirrored=True)])

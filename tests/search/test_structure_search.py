@@ -1,4 +1,4 @@
-"""What the search begins from another estimate's linearisation ends where a search of its own does."""
+"""Fits started from another estimate's linearisation converge to the same estimate as independent fits."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SQUARES = tuple(entry(*key) for key in BOTH_SQUARES)
 
 @pytest.fixture(scope="module")
 def search() -> tuple[StructureSearch, Refinement]:
-    """A search over everything, and the estimate that holds both squares."""
+    """A search over all hypotheses, and the estimate with both squares."""
     model, manoeuvre = Problem(undeclared=BOTH_SQUARES).prepared(Problem(undeclared=BOTH_SQUARES).fly())
     before = refine(model, [manoeuvre], model.entries, settings=TRIAL)
     further = (entry("C_Z", "alpha^2"), entry("C_m", "alpha^3"))
@@ -31,51 +31,51 @@ def search() -> tuple[StructureSearch, Refinement]:
 
 
 @pytest.mark.parametrize("known", [False, True])
-def test_a_term_struck_out_leaves_what_an_estimate_of_its_own_gives(
+def test_re_estimation_without_a_term_equals_an_independent_estimate(
     search: tuple[StructureSearch, Refinement], known: bool
 ) -> None:
-    """Also where the linearisation holds the columns of sudden changes, which the estimate's model does not."""
+    """Also where the linearisation has the columns of step changes, which the estimate's model has not."""
     found, current = search
-    found.struck.clear()
+    found.reduced_fits.clear()
     if known:
-        assert len(found.about(current).refinement.model.values) > len(current.model.values)
+        assert len(found.linearised_with_candidates(current).refinement.model.values) > len(current.model.values)
     part = next(part for part in found.parts(current, None) if part.entry == SQUARES[0])
-    reduced = found.without(current, [part])
+    reduced = found.re_estimated_without(current, [part])
     model = current.model.without([SQUARES[0]])
     wanted = refine(model, found.manoeuvres, model.entries)
     assert reduced.converged
-    # A wrong structure creeps along a flat valley; what is left of the way must decide nothing.
+    # A wrong structure converges slowly along a flat valley; the remaining decrease must be insignificant.
     assert reduced.cost == pytest.approx(wanted.cost, abs=USUAL.reach)
     point = Likelihood(model, found.manoeuvres, model.entries).evaluate(
         reduced.model.values, reduced.states, (), reduced.variance
     )
     assert point is not None
     assert reduced.cost == pytest.approx(point.cost, abs=1.0)
-    assert found.without(current, [part]) is reduced
+    assert found.re_estimated_without(current, [part]) is reduced
 
 
-def test_a_structure_that_came_to_rest_in_a_trial_is_not_fitted_again(
+def test_a_structure_that_converged_in_a_trial_is_not_fitted_again(
     search: tuple[StructureSearch, Refinement],
 ) -> None:
     found, current = search
-    found.struck.clear()
+    found.reduced_fits.clear()
     part = next(part for part in found.parts(current, None) if part.entry == SQUARES[0])
-    anew = found.without(current, [part])
-    found.struck.clear()
+    again = found.re_estimated_without(current, [part])
+    found.reduced_fits.clear()
     model = found.declared.model.extended(SQUARES[1:])
     trial = refine(model, found.manoeuvres, (*found.declared.free, SQUARES[1]), settings=TRIAL)
     given_up = replace(trial, cost=trial.cost - 100.0, converged=False)
-    found.keep([given_up, trial, replace(trial, cost=trial.cost + 1.0)])
-    assert found.without(current, [part]) is trial
-    assert trial.cost == pytest.approx(anew.cost, abs=USUAL.reach)
+    found.store_trials([given_up, trial, replace(trial, cost=trial.cost + 1.0)])
+    assert found.re_estimated_without(current, [part]) is trial
+    assert trial.cost == pytest.approx(again.cost, abs=USUAL.reach)
 
 
-def test_a_trial_continued_from_its_linearisation_ends_where_it_would_anyway(
+def test_a_trial_continued_from_its_linearisation_converges_to_the_same_estimate(
     search: tuple[StructureSearch, Refinement],
 ) -> None:
     found, current = search
     trial = refine(current.model, found.manoeuvres, current.free, settings=TRIAL)
-    found.about(trial)
+    found.linearised_with_candidates(trial)
     wanted = refine_on(trial, found.manoeuvres)
     ended = found.refined(trial)
     assert ended.cost == pytest.approx(wanted.cost, abs=1e-2)
@@ -107,22 +107,22 @@ def test_values_of_another_model_are_refused(search: tuple[StructureSearch, Refi
         likelihood.evaluate(current.model.values, current.states, (), current.variance)
 
 
-def test_hypotheses_asked_in_several_turns_score_as_all_at_once(search: tuple[StructureSearch, Refinement]) -> None:
-    """The own parameters are simulated anew in each turn; what stands between two hypotheses is never asked."""
+def test_scores_computed_in_batches_equal_those_computed_at_once(search: tuple[StructureSearch, Refinement]) -> None:
+    """Each batch simulates the own parameters again; the information between two hypotheses is never needed."""
     found, current = search
-    asked = found.open_hypotheses(current)
-    at = found.asking(current, asked)
-    whole = Linearised(at, found.manoeuvres, asked)
+    candidates = found.candidate_hypotheses(current)
+    at = found.with_candidate_columns(current, candidates)
+    whole = Linearised(at, found.manoeuvres, candidates)
     samples = found.manoeuvres[0].flight.time.size
-    parts = Linearised(at, found.manoeuvres, asked, room=8 * samples * (whole.own.size + 20))
-    effects = [active for hypothesis in asked for active in hypothesis.effects]
-    assert len(effects) > 100  # several turns
+    parts = Linearised(at, found.manoeuvres, candidates, room=8 * samples * (whole.own.size + 20))
+    effects = [active for hypothesis in candidates for active in hypothesis.effects]
+    assert len(effects) > 100  # several batches
     for one, other in zip(whole.scores(), parts.scores(), strict=True):
         assert one.hypothesis == other.hypothesis
         assert other.gain == pytest.approx(one.gain, rel=1e-9, abs=1e-9)
     np.testing.assert_allclose(parts.normal, whole.normal, rtol=1e-9, atol=1e-9 * np.abs(whole.normal).max())
     # And with the information between all of them, which no score uses.
-    model = at.model.extended([entry for hypothesis in asked for entry in hypothesis.entries])
+    model = at.model.extended([entry for hypothesis in candidates for entry in hypothesis.entries])
     chords = [chord for hypothesis, _, trial in whole.asked for chord in (hypothesis.by_chord(trial),)]
     free = (*at.free, *(entry for entry in whole.place))
     dense = Likelihood(model, found.manoeuvres, free).evaluate(
@@ -137,23 +137,25 @@ def test_hypotheses_asked_in_several_turns_score_as_all_at_once(search: tuple[St
     np.testing.assert_allclose(whole.gradient, dense.gradients.sum(axis=0), rtol=1e-9, atol=1e-6)
 
 
-def test_coloured_residuals_buy_no_further_number(search: tuple[StructureSearch, Refinement]) -> None:
-    """A number costs eight: a fall of twenty is worth it where residuals are white, not where four count as one."""
+def test_variance_inflation_of_coloured_residuals_raises_the_gain_that_a_parameter_needs(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    """The penalty is eight: a decrease of twenty exceeds it for white residuals, not where the inflation is four."""
     found, current = search
     larger = replace(current, free=(*current.free, entry("C_Z", "alpha^2")), cost=current.cost - 20.0)
-    assert found.price(larger, 1.0) == found.price(larger) < found.price(current)
-    assert found.price(larger, 4.0) > found.price(current, 4.0)
-    # Names of one kind stand in the order of their likelihood, whatever the colour.
+    assert found.penalised_cost(larger, 1.0) == found.penalised_cost(larger) < found.penalised_cost(current)
+    assert found.penalised_cost(larger, 4.0) > found.penalised_cost(current, 4.0)
+    # Structures of equal penalty are ranked by their likelihood, whatever the inflation.
     likelier = replace(current, cost=current.cost - 1.0)
-    assert found.price(likelier, 4.0) < found.price(current, 4.0)
+    assert found.penalised_cost(likelier, 4.0) < found.penalised_cost(current, 4.0)
 
 
-def test_a_score_of_several_numbers_is_what_they_add_to_the_fall_of_all(
+def test_the_score_of_several_parameters_is_their_additional_decrease_of_the_cost(
     search: tuple[StructureSearch, Refinement],
 ) -> None:
     found, current = search
-    asked = found.open_hypotheses(current)
-    about = Linearised(found.asking(current, asked), found.manoeuvres, asked)
+    candidates = found.candidate_hypotheses(current)
+    about = Linearised(found.with_candidate_columns(current, candidates), found.manoeuvres, candidates)
 
     def fall(places: list[int]) -> float:
         scale = np.sqrt(np.diag(about.normal)[places])

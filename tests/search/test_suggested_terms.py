@@ -1,4 +1,4 @@
-"""What stands out and is not proven is told with its number, and only where something is left to explain."""
+"""Near-significant terms are reported with their estimates, and only where the model is inadequate."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import term_hypotheses
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.suggested_terms import told_of_unproven, unproven_terms
+from aerosid.search.suggested_terms import note_on_suggested, suggested_terms
 
 DRAG = ("C_X", "alpha^2")
 
@@ -23,20 +23,20 @@ def searched(problem: Problem, log: FlightLog) -> tuple[StructureSearch, Refinem
     return StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, USUAL), before
 
 
-def test_a_term_that_was_not_named_is_told_with_its_deviation() -> None:
+def test_a_near_significant_term_is_reported_with_its_standard_error() -> None:
     problem = Problem(undeclared={DRAG: 3.6})
     search, before = searched(problem, shaken(problem.fly(), 5))
-    first, *_ = unproven_terms(search, before)
+    first, *_ = suggested_terms(search, before)
     assert (first.finding.where, first.finding.term) == DRAG
     assert first.finding.value == pytest.approx(3.6, rel=0.2)
     assert first.ratio == pytest.approx(first.finding.value / first.finding.std_error)
-    (sentence, *_) = told_of_unproven([first])
+    (sentence, *_) = note_on_suggested([first])
     assert "C_X alpha^2" in sentence
     assert "standard errors from zero" in sentence
-    assert not [each for each in unproven_terms(search, before, [("aero_term", *DRAG)]) if each.finding.where == "C_X"]
+    assert not [each for each in suggested_terms(search, before, [("aero_term", *DRAG)]) if each.finding.where == "C_X"]
 
 
-def test_nothing_is_unproven_where_nothing_is_left() -> None:
+def test_no_term_is_suggested_where_the_model_is_adequate() -> None:
     problem = Problem()
     search, before = searched(problem, problem.fly())
-    assert unproven_terms(search, before) == ()
+    assert suggested_terms(search, before) == ()

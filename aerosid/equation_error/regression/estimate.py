@@ -195,9 +195,9 @@ def effect_sensitivities(
     for column, (index, number) in enumerate(parameters):
         active = point.effects[index]
         parameter = active.effect.parameters[number]
-        side = active.beside(number, parameter.step)
+        side = active.perturbed(number, parameter.step)
         if side.values[number] == active.values[number]:  # at its upper limit
-            side = active.beside(number, -parameter.step)
+            side = active.perturbed(number, -parameter.step)
         moved = residual_of(problem, known, replace(point, effects=_put(point.effects, index, side)))
         columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
     return columns
@@ -324,7 +324,7 @@ def _stepped(
     for _ in range(HALVINGS):
         effects = list(point.effects)
         for (i, k), change in zip(free, step, strict=True):
-            effects[i] = effects[i].beside(k, share * float(change))
+            effects[i] = effects[i].perturbed(k, share * float(change))
         trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
         fresh = problem.design(trial)
         if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:

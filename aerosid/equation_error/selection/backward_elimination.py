@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.regression.design import uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, estimate, weights_restricted_to
 from aerosid.equation_error.regression.moderated_test import moderated_p_value
@@ -84,7 +84,7 @@ def _insignificant_by_blocks(
     for each in selected.chosen:
         hypothesis = each.hypothesis
         if (
-            any(is_sudden(active) for active in hypothesis.effects)
+            any(is_step_change(active) for active in hypothesis.effects)
             or distinct_name(hypothesis) in search.criterion.evidence
         ):
             continue

@@ -264,7 +264,7 @@ def limits_of(hypothesis: Hypothesis) -> tuple[tuple[float, float], ...]:
 def _displacements(active: ActiveEffect) -> list[list[tuple[float, ...]]]:
     """For every trial the parameter values to which the effect is moved, one set for each column."""
     if isinstance(active.effect, PositionEffect):
-        return [[active.beside(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
+        return [[active.perturbed(n, active.effect.parameters[n].step).values for n in range(len(active.values))]]
     return [[ends] for ends in _trials(active)]
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.sudden import is_sudden
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import with_hypothesis
@@ -99,7 +99,7 @@ def further_level_shifts(base: Estimate, coefficients: Sequence[str], criterion:
 
 def recurs_on_validation(shifts: Sequence[ActiveEffect], hypothesis: Hypothesis) -> bool:
     """Whether a step change also happens on a validation record, which then cannot refute it."""
-    return any(is_sudden(active) for active in hypothesis.effects) and any(
+    return any(is_step_change(active) for active in hypothesis.effects) and any(
         (active.effect.kind, active.effect.where) == (hypothesis.kind, hypothesis.where) for active in shifts
     )
 

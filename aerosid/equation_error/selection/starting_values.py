@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.aerodynamic_terms import is_symmetric
-from aerosid.effects.cg_shift import sudden_cg_shift
+from aerosid.effects.cg_shift import cg_shift_step
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_change import step_change
@@ -69,9 +69,9 @@ def step_change_hypotheses(
                 if MAINLY[coefficient] == "C_X":
                     found.append(_at(thrust_change(moment, rise), moment, recording.name, slow=slow))
                 elif coefficient == "C_m":
-                    found.append(_at(sudden_cg_shift("x", moment, rise), moment, recording.name, slow=slow))
+                    found.append(_at(cg_shift_step("x", moment, rise), moment, recording.name, slow=slow))
                 elif coefficient == "C_l" and "w" in recording.manoeuvre.axes.integrated:
-                    found.append(_at(sudden_cg_shift("y", moment, rise), moment, recording.name, slow=slow))
+                    found.append(_at(cg_shift_step("y", moment, rise), moment, recording.name, slow=slow))
     return found
 
 

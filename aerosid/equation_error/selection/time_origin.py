@@ -93,4 +93,4 @@ def _later(active: ActiveEffect, shift: float) -> ActiveEffect:
     """A free delay increased by the shift; any other effect unchanged."""
     if active.effect.kind not in DELAY_KINDS or not active.values:
         return active
-    return active.beside(0, shift)
+    return active.perturbed(0, shift)

@@ -48,7 +48,7 @@ def prediction_gains(found: Attribution, search: StructureSearch, flights: Seque
     gains: dict[tuple[str, str, str, float | None], float | None] = {}
     for part in search.parts(found.completed, None):
         try:
-            lacking = refine_on(search.struck_out(found.completed, [part]), search.manoeuvres, WRONG_STRUCTURE)
+            lacking = refine_on(search.reduced_structure(found.completed, [part]), search.manoeuvres, WRONG_STRUCTURE)
             without = _errors(lacking, flights)
         except EstimationError:
             gains[identity(part)] = None

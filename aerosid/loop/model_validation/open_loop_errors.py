@@ -95,7 +95,7 @@ def compare(
             variance,
             effects=effects,
             constants_of=aircraft.coefficients,
-            zeros=True,
+            biases=True,
             state=after.states[0],
         )
         responses = {"declared": plain, "before": before, "after": after, "trimmed": trimmed}

@@ -1,4 +1,4 @@
-"""Attribution by the model error d(t) alone, in the form that the likelihood's search gives."""
+"""Attribution by partial correlation with the model error d(t) alone."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from aerosid.model_error.forward_start import forward_forces
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweepSettings, SweptModel
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import found_among
+from aerosid.search.findings import finding_among
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.search.partial_correlation.stepwise import Selection, select
 
@@ -44,7 +44,7 @@ def attribute_by_model_error(
     progress: Callable[[str], None] = lambda _stage: None,
     known: Attribution | None = None,
 ) -> tuple[Attribution, Selection]:
-    """What the declared model lacks, as its model error d(t) says; and the search itself.
+    """Stepwise selection of the declared model's missing effects by its model error d(t); with the selection itself.
 
     Parameters
     ----------
@@ -55,21 +55,21 @@ def attribute_by_model_error(
     free : sequence of Entry
         Declared terms that are re-estimated.
     given : sequence of ActiveEffect
-        Effects that the aircraft file declares, their numbers held.
+        Effects that the aircraft file declares, their parameters held.
     hypotheses : sequence of Hypothesis
-        What may enter.
+        The candidates.
     coefficients : sequence of str
         The aircraft's three.
     chain : ChainSettings
-        Prefilter and weights of the forward estimate that begins the sweeps.
+        Prefilter and weights of the forward estimate from which the sweeps start.
     known : Attribution, optional
-        What another method made of the same flights: the motion that it follows begins the sweeps in place of the
-        forward estimate.
+        The attribution of the same flights by another method: the sweeps start from its motion in place of the forward
+        estimate.
 
     Raises
     ------
     EstimationError
-        Where the declared model with its d(t), or the completed one without, cannot be flown.
+        Where the declared model with its d(t), or the completed one without, cannot be simulated.
     """
     start = None if known is None else _start_along(known, declared, manoeuvres, free, given, coefficients, settings)
     start = start or swept_start(declared, manoeuvres, free, given, coefficients, chain, settings)
@@ -78,7 +78,7 @@ def attribute_by_model_error(
     before, _ = _refinement(selection.before)
     completed, uncertainty = _refinement(selection.completed)
     findings = tuple(
-        replace(found_among(part, selection.asked, gain), p_value=p_value) for part, gain, p_value in selection.parts
+        replace(finding_among(part, selection.tested, gain), p_value=p_value) for part, gain, p_value in selection.parts
     )
     found = Attribution(before, completed, uncertainty, findings, selection.alternatives, selection.rounds)
     return found, selection
@@ -111,10 +111,10 @@ def _start_along(
     coefficients: Sequence[str],
     settings: ModelErrorSearchSettings,
 ) -> SweptModel | None:
-    """The declared structure with the d(t) that keeps the motion of a completed one; None where that one cannot say it.
+    """The declared structure with the d(t) that reproduces the motion of a completed one; None where d(t) cannot.
 
-    Along the motion the model error is what the completed model has beyond the declared one; where the sweeps end does
-    not depend on it.
+    Along the motion the model error is the difference of the completed and the declared model. The sweeps converge to
+    the same estimate from any start.
     """
     completed, before = known.completed, known.before
     if not all(is_seen(active) for active in completed.effects):
@@ -122,39 +122,43 @@ def _start_along(
     values = declared.values.copy()
     values[declared.indices(free)] = [before.model.value(entry) for entry in free]
     variance = Likelihood(declared, tuple(manoeuvres), tuple(free)).starting_variance()
-    still = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
-    statistics = _statistics(still, variance, settings.sweeps)
-    flown = SweptModel(completed.model, completed.free, completed.effects, completed.states, still, statistics)
-    plain = SweptModel(declared.with_values(values), tuple(free), tuple(given), flown.states, still, statistics)
-    start = FlightsInError(tuple(manoeuvres), tuple(coefficients)).carried(flown, plain)
+    no_error = tuple(np.zeros((manoeuvre.flight.time.size, len(coefficients))) for manoeuvre in manoeuvres)
+    statistics = _statistics(no_error, variance, settings.sweeps)
+    completed_start = SweptModel(
+        completed.model, completed.free, completed.effects, completed.states, no_error, statistics
+    )
+    declared_start = SweptModel(
+        declared.with_values(values), tuple(free), tuple(given), completed_start.states, no_error, statistics
+    )
+    start = FlightsInError(tuple(manoeuvres), tuple(coefficients)).carried(completed_start, declared_start)
     return replace(start, statistics=_statistics(start.forces, variance, settings.sweeps))
 
 
 def _statistics(forces: Sequence[Array], variance: Array, settings: SweepSettings) -> ErrorStatistics:
-    """Where the search of the statistics of d(t) begins."""
+    """Start values of the statistics of d(t)."""
     first = settings.first_spread
-    spread = (first,) * forces[0].shape[1] if first is not None else _spread(forces, settings)
-    return ErrorStatistics(spread, settings.first_memory, variance)
+    standard_deviations = (first,) * forces[0].shape[1] if first is not None else _standard_deviations(forces, settings)
+    return ErrorStatistics(standard_deviations, settings.first_memory, variance)
 
 
-def _spread(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ...]:
+def _standard_deviations(forces: Sequence[Array], settings: SweepSettings) -> tuple[float, ...]:
     """Root mean square of d(t) in each coefficient, all flights together."""
     rms = np.sqrt(np.mean(np.concatenate(forces) ** 2, axis=0))
     return tuple(np.clip(rms, settings.least_spread, settings.most_spread).tolist())
 
 
-def told_of_unseen(selection: Selection) -> list[str]:
-    """What the method did not look for, in one sentence."""
-    kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unseen, "flow_separation"))
+def note_on_unobservable(selection: Selection) -> list[str]:
+    """One sentence on the kinds of effect that the method cannot observe, for the notes."""
+    kinds = ", ".join(kind.replace("_", " ") for kind in (*selection.unobservable, "flow_separation"))
     sentence = (
-        "Method iebmee: d(t) shows terms, sudden changes, controls, sensors and moving air. No column in it stands for "
-        f"{kinds}, which it was not asked for: use the default method for those."
+        "Method iebmee: d(t) shows terms, step changes, turbulence and errors of controls and sensors. It has no "
+        f"regressor for {kinds}, which were not tested: use the default method for those."
     )
     return [sentence]
 
 
 def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> None:
-    """The report compares open-loop simulations: a completed model that runs away in one has no errors to show."""
+    """Raise where the completed model diverges in an open-loop simulation, whose errors the report states."""
     swept = completed.swept
     model = with_columns_of(swept.model, swept.effects)
     for manoeuvre, state in zip(manoeuvres, swept.states, strict=True):
@@ -170,7 +174,7 @@ def _require_open_loop(completed: Sweep, manoeuvres: Sequence[Manoeuvre]) -> Non
 
 
 def _refinement(sweep: Sweep) -> tuple[Refinement, Deviations]:
-    """The estimate and its deviations in the order that the loop takes: free terms, initial states, effects."""
+    """The estimate and its standard deviations in the order of the loop: free terms, initial states, effects."""
     swept, fit = sweep.swept, sweep.fit
     free, slopes = len(swept.free), swept.slopes
     count = sum(state.size for state in swept.states)
@@ -193,17 +197,17 @@ def _refinement(sweep: Sweep) -> tuple[Refinement, Deviations]:
         converged=sweep.converged,
     )
     white = sweep.rows.known[:, order]
-    plain = _deviations(white.T @ white)
+    bounds = _deviations(white.T @ white)
     corrected = np.sqrt(np.diag(fit.covariance))
     covariance = fit.covariance[:free, :free]
     return refinement, Deviations(
         corrected=corrected[:free],
-        white=plain[:free],
+        white=bounds[:free],
         published=corrected[:free],
         covariance=covariance,
         correlation_max=_largest_correlation(fit.covariance)[:free],
         effects=corrected[free : free + slopes],
-        effects_white=plain[free + count :],
+        effects_white=bounds[free + count :],
     )
 
 
@@ -217,7 +221,7 @@ def _deviations(information: Array) -> Array:
 
 
 def _largest_correlation(covariance: Array) -> Array:
-    """Of each number with any other, (m,); zero where it is not determined."""
+    """Largest correlation of each parameter with any other, (m,); zero where it is not determined."""
     deviation = np.sqrt(np.diag(covariance))
     held = np.flatnonzero(np.isfinite(deviation) & (deviation > 0.0))
     relation = np.zeros_like(covariance)

@@ -1,4 +1,4 @@
-"""Parts of a structure found by d(t): deviations, joint Wald statistics, limits of what is believed."""
+"""Parts of a structure found by d(t): standard errors, joint Wald statistics, plausibility limits."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ Array = NDArray[np.float64]
 
 
 def parts_of(current: Sweep, declared: SweptModel, distance: float) -> list[Part]:
-    """What a structure holds beyond the declared one, with corrected deviations.
+    """The parts of a structure beyond the declared one, with corrected standard deviations.
 
     Parameters
     ----------
     current : Sweep
         The structure's estimate.
     declared : SweptModel
-        What is not counted.
+        The declared structure.
     distance : float
-        How far the flights went through the air, m: a gust's size is known from as many scale lengths.
+        Distance flown through the air, m: a gust's size is estimated from as many scale lengths.
     """
     deviation = np.sqrt(np.diag(current.fit.covariance))
     swept = current.swept
     found = []
     if swept.statistics.gust is not None:
         *sizes, length = swept.statistics.gust.values
-        # That many scale lengths were flown through: as many samples of its size.
+        # The number of scale lengths flown through is the number of independent samples of its size.
         errors = tuple(float(size / np.sqrt(2.0 * max(distance / length, 1.0))) for size in sizes)
         found.append(Part(None, swept.statistics.gust, sizes[0], 0.0, errors[0], (*errors, np.nan)))
     found += [
@@ -52,24 +52,24 @@ def parts_of(current: Sweep, declared: SweptModel, distance: float) -> list[Part
     return found
 
 
-def wald_p_value(sweep: Sweep, parts: Sequence[Part], asked: int, samples: int) -> float:
-    """Of parts as great by chance, among so many that were asked: their joint Wald statistic in coloured noise.
+def wald_p_value(sweep: Sweep, parts: Sequence[Part], tested: int, samples: int) -> float:
+    """p-value of some parts by their joint Wald statistic in coloured noise, times the number of tests (Bonferroni).
 
-    `asked` how many candidates; `samples` how many moments a sudden change may have.
+    `tested`: number of candidates; `samples`: number of instants at which a step change may occur.
     """
     if any(part.is_disturbance for part in parts):
-        return 0.0  # a spread has no sign to be tested against zero: the likelihood ratio of its trial has spoken
+        return 0.0  # a disturbance's size is tested by the likelihood ratio of its trial alone
     places = [_place(sweep, part) for part in parts]
-    away = np.array([part.value - part.null for part in parts])
+    offsets = np.array([part.value - part.null for part in parts])
     covariance = sweep.fit.covariance[np.ix_(places, places)]
     if not np.isfinite(covariance).all():
         return 1.0
-    # The moment of a sudden change was chosen among all samples.
-    looked_at = asked if all(part.time is None for part in parts) else max(asked, samples)
-    statistic = float(away @ np.linalg.pinv(covariance, hermitian=True) @ away)
+    # The instant of a step change was chosen among all samples.
+    tested_count = tested if all(part.time is None for part in parts) else max(tested, samples)
+    statistic = float(offsets @ np.linalg.pinv(covariance, hermitian=True) @ offsets)
     if len(parts) == 1:
-        return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * looked_at))
-    return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * looked_at))
+        return float(min(1.0, 2.0 * special.stdtr(sweep.fit.freedom, -np.sqrt(statistic)) * tested_count))
+    return float(min(1.0, special.fdtrc(len(parts), sweep.fit.freedom, statistic / len(parts)) * tested_count))
 
 
 def _place(sweep: Sweep, part: Part) -> int:
@@ -85,7 +85,7 @@ def _place(sweep: Sweep, part: Part) -> int:
 
 
 def apparent_mass(model: AerodynamicModel, first: Manoeuvre) -> float:
-    """Force that grows with alphadot, as a share of the aircraft's mass: at one the motion has no solution.
+    """Force proportional to alphadot, as a fraction of the aircraft's mass: at one the motion has no solution.
 
     `first`: a flight, for the density of the air and the mass.
     """
@@ -94,8 +94,10 @@ def apparent_mass(model: AerodynamicModel, first: Manoeuvre) -> float:
     )
 
 
-def is_believed(hypothesis: Hypothesis, step: Sequence[float], current: Sweep, first: Manoeuvre, most: float) -> bool:
-    """Whether the terms of a candidate, of these first-order numbers, leave the apparent mass below `most`."""
+def has_plausible_apparent_mass(
+    hypothesis: Hypothesis, step: Sequence[float], current: Sweep, first: Manoeuvre, most: float
+) -> bool:
+    """Whether a candidate's terms, with their first-order estimates, leave the apparent mass below `most`."""
     model = current.swept.model
     further = sum(
         _apparent_mass(entry, value, model, first) for entry, value in zip(hypothesis.entries, step, strict=False)
@@ -114,7 +116,7 @@ def _apparent_mass(entry: Entry, value: float, model: AerodynamicModel, first: M
 
 
 def is_at_a_limit(parts: Sequence[Part]) -> bool:
-    """Whether a number of an effect has run to its limit: it then means something else."""
+    """Whether a parameter of an effect is at its limit, where the effect is no longer meaningful."""
     return any(
         value in (parameter.lowest, parameter.highest)
         for part in parts

@@ -23,29 +23,29 @@ from aerosid.signals.spectral_covariance import score_covariance
 Array = NDArray[np.float64]
 
 
-OF_SENSORS = OutputEffect, PositionEffect
-"""Kinds of effect that lie between the motion and the record."""
+SENSOR_EFFECTS = OutputEffect, PositionEffect
+"""Kinds of effect of the sensors."""
 
-HOLDING_ERROR = *OF_SENSORS, BodyEffect
-"""Kinds whose columns hold d(t) itself: that of the sensor's channel, that of the moment which turns the body."""
+EFFECTS_CONTAINING_D = *SENSOR_EFFECTS, BodyEffect
+"""Kinds whose regressors contain d(t) itself: of the sensor's channel, or of the moment about the body's axis."""
 
 
 @dataclass(frozen=True)
 class Chord:
-    """A hypothesis with its derivatives taken over the distance of one of its trial values; `of`: its place."""
+    """A hypothesis with difference quotients to one of its trial values as derivatives; `place`: its index."""
 
-    of: int
+    place: int
     hypothesis: Hypothesis
     trial: int
 
     @property
     def columns(self) -> int:
-        """How many numbers it makes free."""
+        """Number of its free parameters."""
         return len(self.hypothesis.entries) + sum(active.slopes for active in self.hypothesis.effects)
 
 
 def chords_of(hypotheses: Sequence[Hypothesis]) -> list[Chord]:
-    """Every hypothesis by the chord of each of its trial values."""
+    """Every hypothesis with the chord to each of its trial values."""
     return [
         Chord(place, hypothesis.by_chord(trial), trial)
         for place, hypothesis in enumerate(hypotheses)
@@ -59,9 +59,9 @@ def screen(
     hypotheses: Sequence[Hypothesis],
     chords: Sequence[Chord],
     settings: ModelErrorSearchSettings,
-    asked: int,
+    tested: int,
 ) -> list[Score]:
-    """What the correlation of each candidate with d(t) is worth, by the chord that brings most.
+    """Scores of the candidates by partial correlation with d(t), each by its chord of largest gain.
 
     Parameters
     ----------
@@ -72,31 +72,31 @@ def screen(
     hypotheses : sequence of Hypothesis
         The candidates.
     chords : sequence of Chord
-        Of those of them that are asked.
-    asked : int
-        How many candidates the search looks at, for p-values.
+        Those of the candidates to be screened.
+    tested : int
+        Number of candidates of the search, for p-values (Bonferroni).
     """
     best: dict[int, Score] = {}
     samples = sum(manoeuvre.flight.time.size for manoeuvre in sweeps.flights.manoeuvres)
     room = max(settings.asked_at_once // samples, 1)
     for some in _in_batches(chords, room):
-        for chord, found in zip(some, _screened(sweeps, current, some, settings, asked), strict=True):
+        for chord, found in zip(some, _screened(sweeps, current, some, settings, tested), strict=True):
             gain, step, independence = found
-            known = best.get(chord.of)
+            known = best.get(chord.place)
             if known is None or gain > known.gain:
-                best[chord.of] = Score(hypotheses[chord.of], gain, step, independence, chord.trial)
+                best[chord.place] = Score(hypotheses[chord.place], gain, step, independence, chord.trial)
     return list(best.values())
 
 
-def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, asked: int) -> float:
-    """Of a sensor's or the body's numbers by chance, their columns along the motion that controls and terms make.
+def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothesis, tested: int) -> float:
+    """p-value of a sensor's or the body's parameters, their regressors taken along the motion without d(t).
 
-    d(t) takes in what it can of a sensor's coloured noise, and the column of a sensor (its lag, its scale) holds the
-    d(t) of its own channel: regressor and residual then share that noise, and their correlation, however significant,
-    says nothing of the sensor. Of a moment of inertia the column holds the d(t) of its own moment, so that it follows
-    whatever is missing there. Along the motion without d(t) they cannot. What is left there is coloured in each
-    channel and, where forces are left, between them: both are allowed for. Zero for terms and controls, and where that
-    motion cannot be flown.
+    d(t) takes in part of a sensor's coloured noise, and the regressor of a sensor error (lag, scale factor) contains
+    the d(t) of its own channel: regressor and residual then share that noise, and their correlation, however
+    significant, is no evidence of a sensor error. The regressor of a moment of inertia contains the d(t) of its own
+    moment, so that it follows any model error there. Regressors along the motion without d(t) do not. The residual
+    there is coloured within each channel and, where forces are missing, between channels: both are allowed for. Zero
+    for terms and controls, and where that motion cannot be simulated.
 
     Parameters
     ----------
@@ -106,46 +106,48 @@ def undisturbed_p_value(sweeps: FlightSweeps, trial: Sweep, hypothesis: Hypothes
         The structure with the candidate.
     hypothesis : Hypothesis
         The candidate.
-    asked : int
-        How many candidates the search looks at (Bonferroni).
+    tested : int
+        Number of candidates of the search (Bonferroni).
     """
-    entered = {(active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, HOLDING_ERROR)}
+    entered = {
+        (active.name, active.log) for active in hypothesis.effects if isinstance(active.effect, EFFECTS_CONTAINING_D)
+    }
     places: list[int] = []
-    away: list[float] = []
+    offsets: list[float] = []
     place = len(trial.swept.free)
     for active in trial.swept.effects:
         if (active.name, active.log) in entered:
             places += range(place, place + active.slopes)
-            away += [v - p.null for v, p in zip(active.values, active.effect.parameters, strict=True)]
+            offsets += [v - p.null for v, p in zip(active.values, active.effect.parameters, strict=True)]
         place += active.slopes
     if not places:
         return 0.0
     try:
-        still = sweeps.undisturbed(trial)
+        undisturbed = sweeps.undisturbed(trial)
     except OutOfRangeError:
         return 0.0
-    return min(1.0, asked * _chance(sweeps, still, places, np.array(away)))
+    return min(1.0, tested * _joint_p_value(sweeps, undisturbed, places, np.array(offsets)))
 
 
-def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) -> float:
-    """Probability of known columns' numbers `away` from null by chance, in noise coloured in and between channels."""
-    known = still.fit.whitened(still.rows.known)
+def _joint_p_value(sweeps: FlightSweeps, undisturbed: Sweep, places: list[int], offsets: Array) -> float:
+    """Joint p-value of parameters at `offsets` from their null values, in noise coloured in and between channels."""
+    known = undisturbed.fit.whitened(undisturbed.rows.known)
     others = np.delete(known, places, axis=1)
     others = others / np.maximum(np.linalg.norm(others, axis=0), np.finfo(float).tiny)
     basis, strength, _ = np.linalg.svd(others, full_matrices=False)
     basis = basis[:, strength > 1e-10 * strength[0]]
     own = known[:, places]
-    left = own - basis @ (basis.T @ own)
-    size = np.linalg.norm(left, axis=0)
+    remaining = own - basis @ (basis.T @ own)
+    size = np.linalg.norm(remaining, axis=0)
     if float(np.min(size / np.linalg.norm(own, axis=0))) ** 2 <= sweeps.settings.colour.least_independence:
         return 1.0
-    columns = left / size
-    # The residual as it would be with these numbers at none, to first order.
-    target = still.fit.whitened(still.rows.target[:, None])[:, 0] + own @ away
+    columns = remaining / size
+    # The residual with these parameters at their null values, to first order.
+    target = undisturbed.fit.whitened(undisturbed.rows.target[:, None])[:, 0] + own @ offsets
     target -= basis @ (basis.T @ target)
     solution = np.linalg.lstsq(columns, target, rcond=1e-8)[0]
     covariance, freedom = np.zeros((len(places), len(places))), 0.0
-    for x, e in _by_sample(sweeps, still, columns, target - columns @ solution):
+    for x, e in _by_sample(sweeps, undisturbed, columns, target - columns @ solution):
         of_flight, degrees = score_covariance(x, e)
         covariance += of_flight
         freedom += degrees
@@ -154,12 +156,14 @@ def _chance(sweeps: FlightSweeps, still: Sweep, places: list[int], away: Array) 
     return float(special.fdtrc(scores.size, freedom, statistic / scores.size))
 
 
-def _by_sample(sweeps: FlightSweeps, still: Sweep, columns: Array, residual: Array) -> Iterator[tuple[Array, Array]]:
+def _by_sample(
+    sweeps: FlightSweeps, undisturbed: Sweep, columns: Array, residual: Array
+) -> Iterator[tuple[Array, Array]]:
     """Columns (N, outputs, k) and residuals (N, outputs) of each flight; zero where nothing was measured."""
     for n, manoeuvre in enumerate(sweeps.flights.manoeuvres):
         samples = manoeuvre.flight.measured.shape
         x, e = np.zeros((*samples, columns.shape[1])), np.zeros(samples)
-        for part, (flight, output) in zip(still.fit.groups, still.rows.channels, strict=True):
+        for part, (flight, output) in zip(undisturbed.fit.groups, undisturbed.rows.channels, strict=True):
             if flight == n:
                 held = np.isfinite(manoeuvre.flight.measured[:, output])
                 x[held, output], e[held, output] = columns[part], residual[part]
@@ -167,7 +171,7 @@ def _by_sample(sweeps: FlightSweeps, still: Sweep, columns: Array, residual: Arr
 
 
 def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:
-    """So many that their columns are no more; at least one."""
+    """Batches of at most so many columns; at least one chord each."""
     batch: list[Chord] = []
     held = 0
     for chord in chords:
@@ -181,14 +185,14 @@ def _in_batches(chords: Sequence[Chord], columns: int) -> Iterator[list[Chord]]:
 
 
 def _screened(
-    sweeps: FlightSweeps, current: Sweep, chords: Sequence[Chord], settings: ModelErrorSearchSettings, asked: int
+    sweeps: FlightSweeps, current: Sweep, chords: Sequence[Chord], settings: ModelErrorSearchSettings, tested: int
 ) -> list[tuple[float, tuple[float, ...], float]]:
-    """Of each chord the chi-square of its numbers, their step and their independence."""
+    """Of each chord the chi-square of its parameters, their step and their independence."""
     entries = list(dict.fromkeys(entry for chord in chords for entry in chord.hypothesis.entries))
     effects = [active for chord in chords for active in chord.hypothesis.effects]
     rows = sweeps.asked(current, entries, effects)
-    left = remainders(current.fit, rows.asked)
-    single = correlated_alone(current.fit, left, asked=asked)
+    remaining = remainders(current.fit, rows.asked)
+    single = correlated_alone(current.fit, remaining, asked=tested)
     ratios = single.ratio if settings.partial else plain_t_ratios(rows.target, rows.asked)
     place = {entry: n for n, entry in enumerate(entries)}
     column = len(entries)
@@ -202,5 +206,5 @@ def _screened(
             gain, step = float(ratios[only] ** 2), (float(single.coefficient[only]),)
             found.append((gain, step, float(single.independence[only])))
         else:
-            found.append(correlated_together(current.fit, left.among(np.array(columns))))
+            found.append(correlated_together(current.fit, remaining.among(np.array(columns))))
     return found

@@ -1,6 +1,6 @@
 """Shortlist of candidates by their scores in d(t), and their first-order trials.
 
-A first-order trial regresses a candidate beside the known columns along the motion as it is flown.
+A first-order trial is the regression on a candidate's columns and the known ones along the measured motion.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
 from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.swept_model import Rows, Sweep, SweptModel
-from aerosid.search.partial_correlation.parts import is_believed
+from aerosid.search.partial_correlation.parts import has_plausible_apparent_mass
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 Array = NDArray[np.float64]
 
 
-def worth(score: Score, settings: ModelErrorSearchSettings) -> float:
-    """What a candidate's correlation with d(t) brings, less what its numbers and its rarity cost."""
+def net_gain(score: Score, settings: ModelErrorSearchSettings) -> float:
+    """Gain of a candidate's correlation with d(t), less the penalties of its parameters and its rarity."""
     hypothesis = score.hypothesis
     rare = sum(rarity(term) for _, term in hypothesis.entries)
     rare += max((KINDS[a.effect.kind].rarity for a in hypothesis.effects if a.effect.kind in KINDS), default=0.0)
@@ -34,32 +34,34 @@ def worth(score: Score, settings: ModelErrorSearchSettings) -> float:
 
 
 def shortlisted(
-    scores: Sequence[Score], current: Sweep, first: Manoeuvre, settings: ModelErrorSearchSettings, asked: int
+    scores: Sequence[Score], current: Sweep, first: Manoeuvre, settings: ModelErrorSearchSettings, tested: int
 ) -> list[Score]:
-    """The best few candidates, one a label, and the best of kinds whose first-order rank says little.
+    """The best few candidates, one per label, and the best of kinds that the first-order ranking does not cover.
 
     Parameters
     ----------
     scores : sequence of Score
-        The most worth first.
+        Largest net gain first.
     current : Sweep
         The present structure's estimate.
     first : Manoeuvre
         A flight, for the density of the air and the mass.
-    asked : int
-        How many candidates the search looks at (Bonferroni).
+    tested : int
+        Number of candidates of the search (Bonferroni).
     """
-    least = float(special.ndtri(0.5 * settings.false_alarm / max(asked, 1))) ** 2
+    least = float(special.ndtri(0.5 * settings.false_alarm / max(tested, 1))) ** 2
     limit = settings.apparent_mass
-    scores = [score for score in scores if is_believed(score.hypothesis, score.start, current, first, limit)]
-    priced = [(score, worth(score, settings)) for score in scores]
+    scores = [
+        score for score in scores if has_plausible_apparent_mass(score.hypothesis, score.start, current, first, limit)
+    ]
+    priced = [(score, net_gain(score, settings)) for score in scores]
     best = max((value for score, value in priced if score.hypothesis.is_plain_term), default=0.0)
     listed: dict[tuple[str, str, str], Score] = {}
     for score, value in priced:
         linear = settings.kept_statistics and score.hypothesis.is_plain_term
         enough = value > settings.least_share * least and value >= settings.nearly_best * best * linear
-        # Where trials are held, those that must be flown are dear: one of each kind, below.
-        apart = settings.kept_statistics and _is_unlike(score.hypothesis)
+        # Where trials are held, those by simulation are expensive: one of each kind, below.
+        apart = settings.kept_statistics and _is_nonlinear(score.hypothesis)
         if enough and not apart and len(listed) < settings.shortlist:
             listed.setdefault(score.hypothesis.label, score)
     greatest = max((score.gain for score in listed.values()), default=0.0)
@@ -67,31 +69,31 @@ def shortlisted(
     for score in scores:
         kind = score.hypothesis.kind
         enough = score.gain > max(settings.unlike_share * greatest, least)
-        if _is_unlike(score.hypothesis) and kind not in kinds and enough:
+        if _is_nonlinear(score.hypothesis) and kind not in kinds and enough:
             kinds.add(kind)
             listed.setdefault(score.hypothesis.label, score)
     return list(listed.values())
 
 
-def _is_unlike(hypothesis: Hypothesis) -> bool:
-    """Whether a first-order rank says little of the candidate's kind."""
+def _is_nonlinear(hypothesis: Hypothesis) -> bool:
+    """Whether the candidate's kind is far from linear, so that its first-order rank is not meaningful."""
     return hypothesis.kind in KINDS and not KINDS[hypothesis.kind].follows_its_score
 
 
 def is_linear(hypothesis: Hypothesis) -> bool:
-    """Whether the response to a candidate is in proportion to its numbers: of terms, zeros and scales it is.
+    """Whether the response is linear in a candidate's parameters, as for terms, biases and scale factors.
 
-    Not of what has several starts, nor of a sudden change, whose moment is a number more.
+    It is not where a parameter has several trial values, nor for a step change, whose instant is a parameter too.
     """
     numbers = [parameter for active in hypothesis.effects for parameter in active.effect.parameters]
     return hypothesis.time is None and all(len(parameter.trials) < 2 for parameter in numbers)
 
 
 def first_order_trials(sweeps: FlightSweeps, current: Sweep, scores: Sequence[Score]) -> list[Sweep]:
-    """What a fit of each candidate comes to in one step, the statistics of d(t) held and the noise's colour its own.
+    """Fits of each candidate by one regression, the statistics of d(t) held and the noise's colour re-estimated.
 
-    The motion with d(t) is the measured one whatever the structure lacks, so that the columns along it are those that
-    a trial would be fitted with.
+    The motion with d(t) is the measured one whatever the model error, so that the columns along it are those of a full
+    trial.
 
     Parameters
     ----------
@@ -105,7 +107,7 @@ def first_order_trials(sweeps: FlightSweeps, current: Sweep, scores: Sequence[Sc
     Returns
     -------
     list of Sweep
-        In the order of the scores; of each the numbers of the candidate after its step, the others as they are.
+        In the order of the scores; each with the candidate's parameters after its step, the others unchanged.
     """
     if not scores:
         return []
@@ -118,9 +120,11 @@ def first_order_trials(sweeps: FlightSweeps, current: Sweep, scores: Sequence[Sc
     for score in scores:
         hypothesis = score.hypothesis
         count = sum(active.slopes for active in hypothesis.effects)
-        beside = _beside(current.swept, rows, [place[e] for e in hypothesis.entries], range(column, column + count))
+        extended = _with_candidate_columns(
+            current.swept, rows, [place[e] for e in hypothesis.entries], range(column, column + count)
+        )
         column += count
-        fit = sweeps.regressed(beside)
+        fit = sweeps.regressed(extended)
         free, slopes = len(current.swept.free), current.swept.slopes
         own = len(hypothesis.entries)
         step = fit.coefficients[free : free + own]
@@ -134,12 +138,12 @@ def first_order_trials(sweeps: FlightSweeps, current: Sweep, scores: Sequence[Sc
             free=(*current.swept.free, *hypothesis.entries),
             effects=(*current.swept.effects, *moved.effects),
         )
-        found.append(Sweep(swept, beside, fit, fit.cost + rows.log_sum, (), False))
+        found.append(Sweep(swept, extended, fit, fit.cost + rows.log_sum, (), False))
     return found
 
 
-def _beside(swept: SweptModel, rows: Rows, terms: Sequence[int], numbers: Sequence[int]) -> Rows:
-    """Rows with some of the asked columns among the known ones, in the places of a structure that holds them."""
+def _with_candidate_columns(swept: SweptModel, rows: Rows, terms: Sequence[int], numbers: Sequence[int]) -> Rows:
+    """Rows with some candidate columns among the known ones, in the order of a structure that holds them."""
     free, slopes = len(swept.free), swept.slopes
     known = rows.known
     parts = (

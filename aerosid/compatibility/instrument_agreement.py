@@ -1,4 +1,4 @@
-"""Results of the data compatibility check from sensor faults that the kinematic equations prove."""
+"""Results of the data compatibility check from instrument errors identified by the kinematic equations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aerosid.compatibility.agreement import (
     InstrumentFinding,
     KinematicConsistency,
     MovingAir,
-    told,
+    findings_sentence,
 )
 from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects import ActiveEffect, PositionEffect
@@ -28,58 +28,58 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 from aerosid.signals.fit_statistics import whiteness
 
-SEES = {"w": "alpha", "u": "V"}
-"""The sensor that sees the air move along each body axis."""
+OBSERVED_BY = {"w": "alpha", "u": "V"}
+"""The sensor that measures turbulence along each body axis."""
 
 
 def agreement_of(
-    faults: InstrumentErrors, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
+    instrument_errors: InstrumentErrors, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
 ) -> KinematicConsistency:
-    """What the proved faults say of the instruments of all recordings.
+    """The data compatibility result from the identified instrument errors of all recordings.
 
     Residuals are those of the channels in the band of the motion.
     """
-    selected = faults.selected
+    selected = instrument_errors.selected
     found = selected.estimate
     covariance = corrected_covariance(found.design, found.solution)
-    asked = len(faults.hypotheses)
+    tested = len(instrument_errors.hypotheses)
     rows = effect_estimates(found, covariance, selected.chosen, gains_by_deletion(selected))
     findings = tuple(
-        _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, asked) for row in rows
+        _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, tested) for row in rows
     )
     others: dict[tuple[str, str, str], list[InstrumentFinding]] = {}
     for other in alternatives_of(
-        selected, [hypothesis for hypothesis in faults.hypotheses if is_instrument_error(hypothesis)]
+        selected, [hypothesis for hypothesis in instrument_errors.hypotheses if is_instrument_error(hypothesis)]
     ):
-        said = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, asked)
-        others.setdefault(other.replaces.label, []).append(said)
+        alternative = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, tested)
+        others.setdefault(other.replaces.label, []).append(alternative)
     groups = tuple(
         (finding, *others[row.hypothesis.label])
         for row, finding in zip(rows, findings, strict=True)
         if row.hypothesis.label in others
     )
-    moving = tuple(_moving_air(found, settings))
-    air = tuple(each for each in moving if each.length <= settings.longest_scale)
-    notes = (*notes, *(_told_of_drift(each) for each in moving if each not in air))
+    turbulence = tuple(_moving_air(found, settings))
+    air = tuple(each for each in turbulence if each.length <= settings.longest_scale)
+    notes = (*notes, *(_note_on_drift(each) for each in turbulence if each not in air))
     return KinematicConsistency(
         tuple(dict.fromkeys(recording.name for recording in found.problem.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
         findings,
         groups,
         air,
-        tuple(_channels(faults.declared, found, settings)),
-        told(findings, groups, air),
+        tuple(_channels(instrument_errors.declared, found, settings)),
+        findings_sentence(findings, groups, air),
         notes,
     )
 
 
 def _finding(
-    kind: str, active: ActiveEffect | None, value: float, std_error: float, gain: float, asked: int
+    kind: str, active: ActiveEffect | None, value: float, std_error: float, gain: float, tested: int
 ) -> InstrumentFinding:
-    assert active is not None  # faults of instruments are effects
+    assert active is not None  # instrument errors are effects
     effect, parameter = active.effect, active.effect.parameters[0]
     distance = abs(value - parameter.null) / std_error if std_error > 0.0 else np.inf
-    chance = float(min(1.0, 2.0 * ndtr(-distance) * asked))
+    chance = float(min(1.0, 2.0 * ndtr(-distance) * tested))
     axis = effect.axes[0] if isinstance(effect, PositionEffect) else ""
     return InstrumentFinding(kind, effect.where, axis, value, std_error, parameter.unit, chance, 2.0 * gain)
 
@@ -90,37 +90,37 @@ def _segments(found: Estimate, channel: str) -> list[int]:
 
 
 def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[MovingAir]:
-    """The air along each axis where what its sensor leaves over the path is more than noise and lasts."""
-    for axis, channel in SEES.items():
-        seen: list[NDArray[np.float64]] = []
+    """Turbulence along each axis whose sensor has a residual above noise and of sufficient memory."""
+    for axis, channel in OBSERVED_BY.items():
+        residuals: list[NDArray[np.float64]] = []
         noise, memories = 0.0, []
         for s in _segments(found, channel):
             recording = found.problem.recordings[found.design.segments[s][0]]
             manoeuvre = recording.manoeuvre
             across = manoeuvre.mean_airspeed if CHANNELS[channel].unit == "rad" else 1.0
-            left = found.solution.residuals[found.design.rows(s)] * across
-            kept = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+            remaining = found.solution.residuals[found.design.rows(s)] * across
+            correlation = float(remaining[1:] @ remaining[:-1]) / max(float(remaining @ remaining), 1e-300)
             step = recording.interval * recording.band.step
-            memories.append(-step / float(np.log(np.clip(kept, 1e-3, 0.999))))
+            memories.append(-step / float(np.log(np.clip(correlation, 1e-3, 0.999))))
             noise = max(noise, float(manoeuvre.noise[manoeuvre.row(channel)]) * across)
-            seen.append(left)
-        if not seen:
+            residuals.append(remaining)
+        if not residuals:
             continue
-        sigma, memory = float(np.std(np.concatenate(seen))), float(np.median(memories))
+        sigma, memory = float(np.std(np.concatenate(residuals))), float(np.median(memories))
         if sigma > settings.above_the_noise * noise and memory > settings.gusts_last:
             speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.problem.recordings]))
             yield MovingAir(axis, sigma, memory * speed)
 
 
-def _told_of_drift(slow: MovingAir) -> str:
-    """What wanders too slowly for turbulence may be."""
-    why = {
-        "w": "a zero of alpha, a_z or q that changes, or air that rises and sinks.",
-        "u": "a zero of a_x or theta that is no constant fault's, or wind that changes.",
+def _note_on_drift(drift: MovingAir) -> str:
+    """Possible causes of a low-frequency drift, too slow for turbulence."""
+    causes = {
+        "w": "a varying bias of alpha, a_z or q, or vertical wind that changes.",
+        "u": "a varying bias of a_x or theta, or wind that changes.",
     }
     return (
-        f"{SEES[slow.axis]} and the path drift apart by {number(slow.sigma, 2)} m/s over {number(slow.length, 2)} m: "
-        f"{why[slow.axis]}"
+        f"{OBSERVED_BY[drift.axis]} and the path drift apart by {number(drift.sigma, 2)} m/s over "
+        f"{number(drift.length, 2)} m: {causes[drift.axis]}"
     )
 
 
@@ -131,11 +131,11 @@ def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings
             s for s in _segments(after, channel) if after.problem.recordings[after.design.segments[s][0]].name == log
         ]
         manoeuvre = after.problem.recordings[after.design.segments[own[0]][0]].manoeuvre
-        alone, corrected = (
+        before_rms, after_rms = (
             float(np.sqrt(np.mean(np.concatenate([at.solution.residuals[at.design.rows(s)] for s in own]) ** 2)))
             for at in (before, after)
         )
-        said = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
-        white = all(each is None or each.p_value >= settings.coloured for each in said)
+        tests = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
+        white = all(each is None or each.p_value >= settings.coloured for each in tests)
         noise = float(manoeuvre.noise[manoeuvre.row(channel)])
-        yield ChannelAgreement(log, channel, CHANNELS[channel].unit, alone, corrected, noise, white)
+        yield ChannelAgreement(log, channel, CHANNELS[channel].unit, before_rms, after_rms, noise, white)

@@ -1,11 +1,11 @@
-"""The instruments' agreement as the faults of the equations tell it, against what was planted."""
+"""Data compatibility result from the instrument errors of the kinematic equations, against the simulated ones."""
 
 import numpy as np
 import pytest
 from equations_decided import identified
 
 from aerosid.compatibility import Agreement, KinematicConsistency
-from aerosid.compatibility.proved_agreement import agreement_of
+from aerosid.compatibility.instrument_agreement import agreement_of
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 
@@ -15,7 +15,7 @@ def told_of(wrong: Wrong) -> KinematicConsistency:
     return agreement_of(identified(aircraft_of(body, 0.08, np.random.default_rng(6)), logs[:1], logs[1:]))
 
 
-def test_nothing_is_told_of_instruments_that_agree() -> None:
+def test_nothing_is_reported_for_consistent_instruments() -> None:
     agreement = told_of(NOTHING)
     assert agreement.verdict is Agreement.CONSISTENT
     assert agreement.logs == ("one", "two")
@@ -23,7 +23,7 @@ def test_nothing_is_told_of_instruments_that_agree() -> None:
     assert all(row.after == pytest.approx(row.before) for row in agreement.channels)
 
 
-def test_a_late_vane_is_told_with_its_number_and_what_it_costs() -> None:
+def test_a_vane_delay_is_reported_with_its_value_and_gain() -> None:
     agreement = told_of(Wrong(delay={"alpha": 0.12}))
     assert agreement.verdict is Agreement.CORRECTED
     (finding,) = agreement.findings

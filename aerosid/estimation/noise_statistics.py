@@ -1,7 +1,7 @@
 """Maximum-likelihood noise statistics: disturbances and output noise together.
 
-Without a disturbance the outputs' variances follow from their residuals. Beside one they do not: what the outputs'
-noise need not explain the disturbance does, and each has its share only where both are sought at once.
+Without a disturbance the outputs' variances follow from their residuals. With one they do not: process noise and
+output noise share the residuals, so that both are estimated jointly.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from aerosid.signals.trace import among_inputs
 from aerosid.signals.whitening import InputNoise, make_whitening_carry, whiten_stretch
 
 
-def likeliest_noise(likelihood: Likelihood, point: Point, *, hold_variance: bool = False) -> Point:
-    """The point with the noise at the likelihood's maximum, the simulated motion kept; itself where none is better.
+def estimate_noise_statistics(likelihood: Likelihood, point: Point, *, hold_variance: bool = False) -> Point:
+    """The point with the noise at the likelihood's maximum, the simulated motion fixed; itself where none is better.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def likeliest_noise(likelihood: Likelihood, point: Point, *, hold_variance: bool
 
     Notes
     -----
-    The motion depends on no noise: it is simulated once, and each trial whitens one column. Quasi-Newton steps in the
-    logarithms of the numbers, slopes by differences.
+    The motion does not depend on the noise: it is simulated once, and each trial whitens one column. Quasi-Newton steps
+    in the logarithms of the parameters, derivatives by finite differences.
     """
     places = [n for n, active in enumerate(point.effects) if isinstance(active.effect, NoiseEffect)]
     numbers = [value for n in places for value in point.effects[n].values]
@@ -81,9 +81,11 @@ def likeliest_noise(likelihood: Likelihood, point: Point, *, hold_variance: bool
 
 
 def _noisy(likelihood: Likelihood, point: Point) -> NDArray[np.int64]:
-    """The extra inputs that hold noise in some manoeuvre: the others cost time and change nothing."""
-    spreads = [acting_flight(likelihood.model, each, point.effects)[0].input_variance for each in likelihood.manoeuvres]
-    return np.flatnonzero(np.any(np.array(spreads) > 0.0, axis=0))
+    """The extra inputs with noise in some manoeuvre; the others have no effect."""
+    variances = [
+        acting_flight(likelihood.model, each, point.effects)[0].input_variance for each in likelihood.manoeuvres
+    ]
+    return np.flatnonzero(np.any(np.array(variances) > 0.0, axis=0))
 
 
 def _noise(
@@ -94,7 +96,7 @@ def _noise(
 
 
 def _simulated(likelihood: Likelihood, point: Point, noisy: NDArray[np.int64]) -> list[list[Traced]]:
-    """Every manoeuvre's motion, without columns, and its slopes by the noisy inputs."""
+    """Every manoeuvre's motion, without columns, and its sensitivities to the noisy inputs."""
     plain = Likelihood(likelihood.model, likelihood.manoeuvres, (), likelihood.filtering)
     effects = [active if isinstance(active.effect, NoiseEffect) else frozen(active) for active in point.effects]
 

@@ -1,4 +1,4 @@
-"""An estimate as it goes from one process to another."""
+"""An estimate in a form to transfer between processes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 
 
-class SentFit(NamedTuple):
-    """An estimate as it goes from process to process: of its effects, which hold functions, their numbers alone."""
+class TransferredFit(NamedTuple):
+    """An estimate in a form to transfer between processes: of its effects, which hold functions, only their values."""
 
     values: NDArray[np.float64]
     numbers: tuple[tuple[float, ...], ...]
     rest: dict[str, Any]
 
     @classmethod
-    def of(cls, fit: Refinement) -> SentFit:
-        """What is to be sent of an estimate."""
+    def of(cls, fit: Refinement) -> TransferredFit:
+        """The transferred form of an estimate."""
         known = ("states", "variance", "cost", "information", "converged", "held_to_data")
         rest = {name: getattr(fit, name) for name in known}
         return cls(fit.model.values, tuple(active.values for active in fit.effects), rest)
@@ -30,6 +30,6 @@ class SentFit(NamedTuple):
     def refinement(
         self, model: AerodynamicModel, free: tuple[Entry, ...], effects: Sequence[ActiveEffect]
     ) -> Refinement:
-        """The estimate of the structure that it began with."""
+        """The estimate of the structure that its fit started with."""
         own = with_numbers(effects, self.numbers)
         return Refinement(model=model.with_values(self.values), free=free, effects=own, **self.rest)

@@ -1,4 +1,4 @@
-"""Refutation by validation flights: findings that predict them worse are struck out."""
+"""Cross-validation: backward elimination of parts that make the prediction of validation flights worse."""
 
 from __future__ import annotations
 
@@ -15,54 +15,54 @@ from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import StructureSearch
 
-ANOTHER_FLIGHT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
+VALIDATION_FIT = RefinementSettings(steps=20, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """A few units of -2 ln L do not decide whether a residual is noise."""
 
 
-def without_refuted(
+def eliminate_by_cross_validation(
     completed: Refinement, search: StructureSearch, validation: Sequence[Manoeuvre]
 ) -> tuple[Refinement, tuple[Part, ...]]:
-    """The estimate without the parts that make the prediction of other flights worse, and those parts.
+    """The estimate without the parts that make the prediction of validation flights worse, and those parts.
 
     Parameters
     ----------
     completed : Refinement
-        What was found on the flights that were fitted.
+        The structure found on the fitted flights.
     validation : sequence of Manoeuvre
-        Flights that were not; none: nothing is struck out.
+        Flights that were not fitted; none: nothing is removed.
 
     Notes
     -----
-    Of all parts the one whose loss predicts the other flights best is struck out, the rest re-estimated on the flights
-    that were fitted, and so on until none is left. The way is gone as far as the prediction becomes better for certain.
+    The part whose removal gives the best prediction of the validation flights is removed and the others re-estimated on
+    the fitted flights, until none remains. The last structure with a significantly better prediction is returned.
     """
     if not validation:
         return completed, ()
     limits = search.settings.refutation
-    share = limits.share_in_gusts if completed.is_disturbed else limits.share
-    error = misfit(completed, validation)
-    held = current = completed
+    fraction = limits.share_in_gusts if completed.is_disturbed else limits.share
+    error = prediction_error(completed, validation)
+    accepted = current = completed
     refuted: tuple[Part, ...] = ()
-    gone: tuple[Part, ...] = ()
+    eliminated: tuple[Part, ...] = ()
     while parts := search.parts(current, None):
-        tries = [(search.without(current, [part]), part) for part in parts]
-        errors = [misfit(trial, validation) for trial, _ in tries]
+        trials = [(search.re_estimated_without(current, [part]), part) for part in parts]
+        errors = [prediction_error(trial, validation) for trial, _ in trials]
         least = int(np.argmin(errors))
-        current, gone = tries[least][0], (*gone, tries[least][1])
-        if error > errors[least] + limits.certain + share * errors[least]:
-            error, held, refuted = errors[least], current, gone
-    return held, refuted
+        current, eliminated = trials[least][0], (*eliminated, trials[least][1])
+        if error > errors[least] + limits.certain + fraction * errors[least]:
+            error, accepted, refuted = errors[least], current, eliminated
+    return accepted, refuted
 
 
-def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
-    """Squared errors of the open-loop predictions in units of the noise; infinite where one runs away."""
+def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
+    """Sum of squared errors of the open-loop predictions in units of the noise; infinite where one diverges."""
     total = 0.0
     for manoeuvre in manoeuvres:
         rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
         for name, value in rms.items():
             i = manoeuvre.row(name)
             if manoeuvre.noise[i] == 0.0:
-                continue  # a reading that hangs between steps: its noise is not known
+                continue  # a quantised record that holds its last sample: its noise is not known
             if value is None:
                 return float("inf")
             count = int(np.isfinite(manoeuvre.flight.measured[:, i]).sum())
@@ -70,8 +70,8 @@ def misfit(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     return total
 
 
-def cannot_follow(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
-    """Whether a structure cannot follow another flight even with numbers of that flight's own."""
+def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
+    """Whether a structure leaves a residual above noise on a flight although re-estimated on it."""
     try:
         own = refine(
             completed.model,
@@ -79,7 +79,7 @@ def cannot_follow(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
             completed.free,
             effects=on_log(completed, manoeuvre),
             variance=completed.variance,
-            settings=ANOTHER_FLIGHT,
+            settings=VALIDATION_FIT,
         )
     except EstimationError:
         return True

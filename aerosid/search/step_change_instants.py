@@ -1,4 +1,4 @@
-"""Instants of sudden changes from the greatest innovations: between those of a grid d(t) follows a jump."""
+"""Instants of step changes from the largest innovations, since d(t) follows a step between instants of a grid."""
 
 from __future__ import annotations
 
@@ -10,47 +10,47 @@ import numpy as np
 from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.sudden import at_given_moment, at_moment, is_sudden, moment
+from aerosid.effects.step_input import at_instant, instant_of, is_step_change, with_fixed_instant
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.swept_model import Sweep
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 
-def near_a_jump(
+def is_near_step_change(
     hypothesis: Hypothesis,
     effects: Sequence[ActiveEffect],
     manoeuvres: Sequence[Manoeuvre],
     settings: ModelErrorSearchSettings,
 ) -> bool:
-    """Whether a sudden change is so close to one among `effects` that it would only mend its edge."""
+    """Whether a step change is so close to one among `effects` that it would only correct its instant."""
     if hypothesis.time is None:
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
     reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid
-    return any(abs(moment(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_sudden(a))
+    return any(abs(instant_of(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_step_change(a))
 
 
 def thinned(hypotheses: Sequence[Hypothesis], stride: int) -> list[Hypothesis]:
-    """All that are no sudden change, and of each kind of sudden change on each log every n-th moment."""
+    """All hypotheses but step changes, and of each kind of step change on each log every n-th instant."""
     places: dict[tuple[str, str, tuple[str, ...]], int] = {}
-    kept = []
+    thinned_out = []
     for hypothesis in hypotheses:
         if hypothesis.time is not None:
             key = (hypothesis.kind, hypothesis.where, tuple(active.log for active in hypothesis.effects))
             places[key] = places.get(key, -1) + 1
             if places[key] % stride:
                 continue
-        kept.append(hypothesis)
-    return kept
+        thinned_out.append(hypothesis)
+    return thinned_out
 
 
-def at_outliers(
+def at_innovation_outliers(
     current: Sweep,
     hypotheses: Sequence[Hypothesis],
     manoeuvres: Sequence[Manoeuvre],
     settings: ModelErrorSearchSettings,
 ) -> list[Hypothesis]:
-    """The sudden changes among some hypotheses, one of each kind, at the moments of the greatest innovations."""
+    """The step changes among some hypotheses, one of each kind, at the instants of the largest innovations."""
     found = []
     for n, log in enumerate(manoeuvres):
         squares, count = np.zeros(log.flight.time.size), np.zeros(log.flight.time.size)
@@ -71,23 +71,23 @@ def at_outliers(
             k = int(np.argmax(excess))
             if excess[k] < settings.outlying:
                 break
-            found += [_retimed(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
+            found += [_at_instant(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
             excess[max(k - reach, 0) : k + reach] = -np.inf
-    return [h for h in found if not near_a_jump(h, current.swept.effects, manoeuvres, settings)]
+    return [h for h in found if not is_near_step_change(h, current.swept.effects, manoeuvres, settings)]
 
 
-def moving(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
-    """A sudden change whose moment is estimated too, near `time` s."""
+def with_free_instant(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:
+    """A step change whose instant, near `time` s, is a free parameter."""
     log = next(m for m in manoeuvres if m.name == active.log)
-    return at_moment(active, time, active.log, log.interval)
+    return at_instant(active, time, active.log, log.interval)
 
 
-def _retimed(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
-    """The same sudden changes at another moment, given."""
+def _at_instant(hypothesis: Hypothesis, time: float, interval: float) -> Hypothesis:
+    """The same step changes at another, fixed instant."""
     effects = []
     for active in hypothesis.effects:
         effect = active.effect
-        if isinstance(effect, InputEffect) and effect.again is not None:
-            active = replace(active, effect=at_given_moment(effect.again(time, interval)))
+        if isinstance(effect, InputEffect) and effect.at_time is not None:
+            active = replace(active, effect=with_fixed_instant(effect.at_time(time, interval)))
         effects.append(active)
     return replace(hypothesis, effects=tuple(effects), time=time)

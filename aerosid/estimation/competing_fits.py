@@ -1,0 +1,129 @@
+"""Parallel maximum-likelihood fits of competing structures or starts, with early termination of the worse ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from aerosid.compiled.threads import mapped_in_threads
+from aerosid.effects import ActiveEffect
+from aerosid.estimation import damped_step
+from aerosid.estimation.damped_search import UNDAMPED, levenberg_marquardt_step
+from aerosid.estimation.fit_settings import COMPETING_FITS, RefinementSettings
+from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.likelihood_point import Point
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.estimation.maximum_likelihood import Refinement, Start, first_point, refine_on, refinement_at
+
+
+def fit_competing_structures(
+    starts: Sequence[Start],
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings,
+    penalties: Sequence[float],
+    level: float | None = None,
+    margin: float = 0.0,
+    *,
+    near: bool = True,
+) -> list[Refinement]:
+    """Estimates from several starting points; those that cannot become the best are terminated early.
+
+    Parameters
+    ----------
+    starts : sequence of Start
+        The competing structures or start values, on the same manoeuvres.
+    penalties : sequence of float
+        Penalty of each structure, added to its -2 ln L in the comparison.
+    level : float, optional
+        Penalised -2 ln L that the fits are compared with; without one, the least of all fits at the time.
+    margin : float
+        Difference to that level within which a fit is still of interest.
+    near : bool
+        Whether a start whose likelihood is known is near its maximum: it may be terminated one step earlier.
+
+    Returns
+    -------
+    list of Refinement
+        In the order of `starts`; a terminated fit as it was at that time, `converged` false.
+
+    Notes
+    -----
+    All fits make one step in turn, distributed over the cores. After two, or after one from a known likelihood, a fit
+    is terminated where even several times the decrease predicted by its linearisation would leave it above the level.
+    With a given level the fits are independent, and each is completed at once.
+    """
+    if level is not None and len(starts) > 1:
+
+        def fit_one(one: tuple[Start, float]) -> Refinement:
+            return fit_competing_structures([one[0]], manoeuvres, settings, [one[1]], level, margin, near=near)[0]
+
+        return mapped_in_threads(fit_one, list(zip(starts, penalties, strict=True)))
+    likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
+    points = mapped_in_threads(lambda n: first_point(likelihoods[n], starts[n], settings), range(len(starts)))
+    converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
+    active = list(range(len(starts)))
+
+    def stepped(n: int) -> tuple[Point, bool, float] | None:
+        return levenberg_marquardt_step(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
+
+    for turn in range(settings.steps):
+        for n, better in zip(active, mapped_in_threads(stepped, active), strict=True):
+            converged[n] = better is None or better[1]
+            if better is not None:
+                points[n], _, dampings[n] = better
+        active = [n for n in active if not converged[n]]
+        # A fit that started at the maximum predicted by another's linearisation is near its own after a single step.
+        compared = [n for n in active if turn > 0 or (near and starts[n].point is not None)]
+        if not compared:
+            continue
+        reached = level
+        if reached is None:
+            reached = min(point.cost + penalty for point, penalty in zip(points, penalties, strict=True))
+        for n in compared:
+            predicted = COMPETING_FITS.most_of_promise * predicted_decrease(likelihoods[n], points[n])
+            if points[n].cost + penalties[n] - predicted > reached + margin:
+                active.remove(n)
+    return [
+        refinement_at(likelihood, start.model, start.free, point, rest)
+        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
+    ]
+
+
+class EvaluatedStart(NamedTuple):
+    """A start with its likelihood, and the -2 ln L predicted at the end of a full Gauss-Newton step."""
+
+    start: Start
+    predicted_cost: float
+
+
+def evaluated_starts(
+    starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: RefinementSettings
+) -> list[EvaluatedStart]:
+    """Several starts with their likelihoods, distributed over the cores.
+
+    A start that diverges in open loop has none: its continuation from the data is repeated by the fit.
+    """
+
+    def first(start: Start) -> EvaluatedStart:
+        likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
+        point = first_point(likelihood, start, settings)
+        known = point if likelihood.held_to_data == 0.0 else None
+        return EvaluatedStart(replace(start, point=known), point.cost - predicted_decrease(likelihood, point))
+
+    return mapped_in_threads(first, starts)
+
+
+def refine_from_effect_values(
+    at: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    settings: RefinementSettings,
+    initial: Sequence[tuple[ActiveEffect, ...]],
+) -> list[Refinement]:
+    """As `refine_on` from each of several sets of effects, distributed over the cores."""
+    return mapped_in_threads(lambda effects: refine_on(at, manoeuvres, settings, effects), initial)
+
+
+def predicted_decrease(likelihood: Likelihood, point: Point) -> float:
+    """Decrease of -2 ln L, noise variances at their maximum, predicted for a full Gauss-Newton step."""
+    return damped_step.predicted_decrease(point.quadratic, likelihood.active(point.effects), likelihood.variance_floor)
