@@ -27,7 +27,7 @@ _FILTERS = ("zero-phase", "causal", "off")
 
 _ONCE = (
     "Compiling the numerical kernels: once for this user, Python and processor "
-    "(`aerosid warm-up` does it ahead, on all cores)."
+    "(`aerosid warm-up` does it in advance, on all cores)."
 )
 
 

@@ -102,7 +102,7 @@ def close_loop(
         judged(contradicted)
         return contradicted
     verdict = judge(identified.found, identified.manoeuvres, identified.validation)
-    progress("re-estimating beside what is not shown")
+    progress("re-estimating with insignificant derivatives fixed")
     excited = verdict is not Verdict.NOT_EXCITED
     completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
     known = _Judged(identified, identified.found, identified.search, verdict, completion)
@@ -140,12 +140,12 @@ class _Judged:
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
     """Verdict, findings and simulation errors before and after on every log: shown first, with a second opinion."""
     identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
-    progress("simulating every log")
+    progress("simulating all logs")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
     # A regression tells its own shares: it knows where the sensors are and in which band the motion is.
     shares = {(row.log, row.coefficient): row for row in completed.shares}
     measured = {(row.log, row.coefficient) for row in coefficients}
-    progress("leaving each effect out")
+    progress("computing the error without each effect")
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
     said = summarise(known.verdict, effects, tuple(errors))

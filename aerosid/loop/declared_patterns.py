@@ -1,8 +1,8 @@
-"""Patterns between declared and estimated derivatives that tell an error of a file from aerodynamics.
+"""Patterns between declared and estimated derivatives that indicate an error of a file and not aerodynamics.
 
 A wrong mass, wing area or density scales all of C_Z and C_X by one factor, a wrong moment of inertia or chord all of
-C_m; a derivative per degree is 57.3 times off, one per q c/V 2 times; a sign convention turns a sign, and so does an
-accelerometer far from where the file has it.
+C_m; a derivative per degree is off by a factor of 57.3, one per q c/V by 2; a sign convention reverses a sign, and so
+does an accelerometer far from its declared position.
 """
 
 from __future__ import annotations
@@ -136,9 +136,9 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
         certain = abs(factor - 1.0) > settings.deviations / math.sqrt(float(np.sum(weights)))
         if factor > 0.0 and alike and certain and abs(math.log(factor)) > math.log(1.0 + settings.common):
             sentence = (
-                f"All of {coefficient} is {number(factor)} times as declared "
+                f"All derivatives of {coefficient} are {number(factor)} times the declared values "
                 f"({number(values.min())} to {number(values.max())}): "
-                f"check {causes} before an aerodynamic reason."
+                f"check {causes} before assuming an aerodynamic cause."
             )
             found.append((coefficient, sentence))
     return found
@@ -153,8 +153,8 @@ def _turned_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -
         if len(certain) > 1 and all(factor < 0.0 for _, factor in certain):
             names = " and ".join(name for name, _ in certain)
             found[term] = (
-                f"{term} has the other sign than declared in {names}: its positive sense on the recorder is probably "
-                f"the other one; turn it with sign = -1 in the channel map and run again."
+                f"{term} has the opposite sign to the declared one in {names}: the recorder probably uses the opposite "
+                f"sign convention; set sign = -1 in the channel map and run again."
             )
     return found
 
@@ -171,21 +171,21 @@ def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> s
         return None
     if _is_turned(row, settings):
         return (
-            f"{name} has the other sign than declared ({number(row.value)} against {number(row.declared)}): "
-            "check the sign convention of the file and of the recorder."
+            f"{name} has the opposite sign to the declared value ({number(row.value)} against {number(row.declared)}): "
+            "check the sign conventions of the aircraft file and of the recorder."
         )
     per_degree = math.degrees(1.0)
     for unit, meant in ((per_degree, "per degree"), (1.0 / per_degree, "per radian where the log is in degrees")):
         if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
-            return f"{name} is {number(factor)} times as declared: is it declared {meant}?"
+            return f"{name} is {number(factor)} times the declared value: is it declared {meant}?"
     if "q_hat" in row.term and not rate_told:
-        for unit, asked in ((2.0, "is it declared per q c/V"), (0.5, "was it doubled from q c/V once too often")):
+        for unit, check in ((2.0, "is it declared per q c/V"), (0.5, "was it converted from q c/V twice")):
             near = abs(factor - unit) <= max(settings.deviations * deviation, settings.near_half * unit)
             sharp = deviation <= settings.sharp * unit
             if near and sharp and abs(factor - 1.0) > settings.deviations * deviation:
-                return f"{name} is {number(factor)} times as declared: {asked}? q_hat is q c/(2 U0)."
+                return f"{name} is {number(factor)} times the declared value: {check}? q_hat is q c/(2 U0)."
     if not 1.0 / settings.many < factor < settings.many:
-        return f"{name} is {number(factor)} times as declared: check its unit and decimal point."
+        return f"{name} is {number(factor)} times the declared value: check its unit and decimal point."
     return None
 
 
@@ -215,9 +215,9 @@ def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraf
         return ""
     side = "ahead of" if ahead > 0.0 else "behind"
     return (
-        f" Check also where the accelerometers are: with a_z measured {number(abs(ahead))} m {side} its declared "
-        f"place, what it shows of the pitching acceleration is taken for {row.coefficient} {row.term}, which then is "
-        "as declared; the record cannot tell the two apart."
+        f" Check the accelerometer positions as well: with a_z measured {number(abs(ahead))} m {side} its declared "
+        f"position, the pitching acceleration that it senses appears as {row.coefficient} {row.term}, which is then as "
+        "declared; these records cannot distinguish the two."
     )
 
 
@@ -232,8 +232,8 @@ def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
         if ratio > settings.worse:
             most = max(rows, key=lambda row: (row.after or 0.0) / (row.before or 1.0))
             sentences.append(
-                f"The completed model follows its own data on {log} worse than the declared structure re-estimated, "
-                f"{number(ratio)} times over all channels and {number((most.after or 0.0) / (most.before or 1.0))} "
-                f"times in {most.channel}: do not take it over."
+                f"The completed model fits its own identification data on {log} worse than the declared structure "
+                f"re-estimated, by a factor of {number(ratio)} over all channels and "
+                f"{number((most.after or 0.0) / (most.before or 1.0))} in {most.channel}: do not adopt it."
             )
     return sentences

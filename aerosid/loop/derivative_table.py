@@ -121,12 +121,12 @@ def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float |
     return chain.model.value(entry), _finite(float(chain.std_errors[chain.entries.index(entry)]))
 
 
-CONTRADICTED = "these records contradict the declared"
-"""Display: why a declared value is not kept."""
+CONTRADICTED = "contradict the declared"
+"""Display: why a derivative is not fixed at its declared value."""
 
 
 def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
-    """One sentence for each derivative that the record cannot show, with what hides it."""
+    """One sentence for each derivative that is not significant, with the reason."""
     sentences = []
     for row in rows:
         if row.shown:
@@ -138,13 +138,13 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
         estimate = row.value if row.estimate is None else row.estimate
         holds = ""
         if row.estimate is not None:
-            holds = f"; the completed aircraft keeps the declared {plain(row.value, 4)}"
+            holds = f"; the completed aircraft keeps the declared value {plain(row.value, 4)}"
         elif row.declared is not None and row.declared != row.value:
-            contradicted = f"{CONTRADICTED} {plain(row.declared, 4)}"
-            holds = f"; the completed aircraft has it, since beside what is named {contradicted}"
+            contradicted = f"{CONTRADICTED} value {plain(row.declared, 4)}"
+            holds = f"; the completed aircraft uses it, because the records and the identified effects {contradicted}"
         sentences.append(
-            f"These records cannot show {derivative_name(row.coefficient, row.term)}: the estimate {number(estimate)} "
-            f"has {error}{why}. Do not read it as measured{holds}."
+            f"Not significant in these records: {derivative_name(row.coefficient, row.term)}. The estimate "
+            f"{number(estimate)} has {error}{why}. Do not use it as a measured value{holds}."
         )
     return sentences
 

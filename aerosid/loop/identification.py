@@ -129,7 +129,7 @@ def identify(
     EstimationError
         Where the declared model cannot be simulated at all.
     """
-    progress("reading the logs into the flight model")
+    progress("preparing the logs")
     aircraft, logs, unseen = at_own_loading(aircraft, logs, [*validation, *hold_out])
     logs, unseen = (
         [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, unseen)
@@ -141,7 +141,7 @@ def identify(
     given = declared_effects(aircraft, controls, manoeuvres)
     declared = with_columns_of(plain, given)
 
-    progress("comparing the instruments with each other")
+    progress("checking data compatibility")
     opposed = contradicting(logs) if settings.kinematics and aircraft.axes in compatibility.CASES else None
     if opposed is not None:
         return Identification(
@@ -155,7 +155,7 @@ def identify(
     asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
     # Its cost is a multiple of the equations', and in air that moves d(t) is the air's.
     if asked and told.deciding == "likelihood":
-        progress("asking the model error d(t)")
+        progress("cross-checking with the model error d(t)")
         second = begun(lambda: second_opinion(question, told, settings))
     return Identification(
         aircraft,
@@ -182,15 +182,15 @@ def identify(
 
 
 NO_SECOND_OPINION = (
-    "The model error d(t) was asked for no second opinion: where kinematics do not close, it is the air's and the "
-    "recorder's as much as the model's. --method iebmee lets it decide."
+    "The model error d(t) was not used as a cross-check: where kinematics do not close, it contains turbulence and "
+    "recorder errors as well as the model's. With --method iebmee it decides."
 )
 
 
 def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> tuple[str, ...]:
     """Note on checks that are not available for the axes of the model."""
     if settings.kinematics and aircraft.axes not in compatibility.CASES and told.agreement is None:
-        return (f"Not asked of a {aircraft.axes.name} model: whether the instruments agree by kinematics.",)
+        return (f"The data compatibility check by kinematics is not available for a {aircraft.axes.name} model.",)
     return ()
 
 

@@ -18,8 +18,8 @@ from aerosid.search.restricted_estimate import restricted_estimate
 from aerosid.search.structure_search import StructureSearch
 
 BREAKDOWN = (
-    "Beside the declared values of what is not shown the others could not be estimated anew: the completed aircraft "
-    "holds the others as they are where all are free, and the errors after are those of that estimate."
+    "The re-estimation with insignificant derivatives fixed at their declared values failed: the completed aircraft "
+    "holds the other derivatives from the estimate with all of them free, and the errors after are of that estimate."
 )
 
 

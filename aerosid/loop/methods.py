@@ -156,15 +156,15 @@ def by_evidence(question: Question, settings: LoopSettings, progress: Progress) 
         return by_likelihood(question, settings, progress, closed=question.shows_air)
     found = _by_equations(faults, question, settings, progress)
     said = (
-        f"Kinematics leave {_times(ratio)} what white noise of the size that successive samples show would: the air "
-        "moves, or the recorder filters. The kinematic and coefficient equations decide (method equations); errors of "
-        "open-loop simulations are predictions, no measure of the model."
+        f"The residuals of the kinematic equations are {_times(ratio)} the level expected from the white noise between "
+        "successive samples: there is turbulence or recorder filtering. The kinematic and coefficient equations decide "
+        "(method equations); errors of open-loop simulations are predictions, no measure of the model."
     )
     return replace(found, notes=(said, *found.notes))
 
 
 def _times(ratio: float) -> str:
-    """A multiple of the noise; beyond a hundred the recorder's filter has made the noise, and its size says nothing."""
+    """A multiple of the noise; beyond 100 the recorder's filter determines the noise, and the number is meaningless."""
     return f"up to {number(ratio, 2)} times" if ratio < 100.0 else "more than 100 times"
 
 
@@ -195,7 +195,7 @@ def _proved_faults(question: Question, settings: LoopSettings) -> ProvedFaults |
 
 def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
     """Attribution by the coefficient equations, with the proved sensor faults applied."""
-    progress("regressing the coefficients")
+    progress("estimating by equation error")
     coefficients = question.aircraft.coefficients
     decision = decide(faults, coefficients)
     found = attribute_by_equations(decision, question.manoeuvres)
@@ -224,7 +224,7 @@ def _by_equations(faults: ProvedFaults, question: Question, settings: LoopSettin
 
 
 def told_of_timing(seen: TwoWitnesses) -> str:
-    """What kinematics alone say of an instrument's lateness beside what forces and moments make of it."""
+    """Note on an instrument's time delay or lag: from kinematics alone, and together with forces and moments."""
 
     def words(active: ActiveEffect, error: float) -> str:
         kind = active.effect.kind.removeprefix("sensor_")
@@ -232,40 +232,40 @@ def told_of_timing(seen: TwoWitnesses) -> str:
 
     alone, joint = words(seen.alone, seen.alone_std_error), words(seen.joint, seen.joint_std_error)
     return (
-        f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, which the "
-        "completed model has. Where the declared structure lacks something that looks late, such as a lift that "
-        "follows alpha slowly, the first is the better."
+        f"{seen.channel} is recorded late: kinematics alone give {alone}, together with forces and moments {joint}, "
+        "which the completed model uses. If the declared structure lacks an effect that resembles a delay, such as "
+        "unsteady lift that lags alpha, the estimate from kinematics alone is the better one."
     )
 
 
 def told_of_support(row: EvidenceFinding, seen: Support) -> str:
-    """What kinematics show of an instrument's fault that only they and the coefficients together name."""
+    """Note on an instrument error that is significant only in kinematic and coefficient equations together."""
     own = row.active.effect.parameters[0].unit if row.active is not None else "1"
     unit = "" if own == "1" else f" {own}"
     alone = with_deviation(seen.values[0], float(np.sqrt(seen.covariance[0, 0])))
     return (
-        f"{named(row.hypothesis.label)} of {with_deviation(row.value, row.std_error)}{unit} is named by kinematics and "
-        f"coefficients together: kinematics alone show {alone}{unit}, 2 ln L "
-        f"{number(2.0 * seen.gain)}, too little to name it, and forces and moments agree."
+        f"{named(row.hypothesis.label)} of {with_deviation(row.value, row.std_error)}{unit} is identified from "
+        f"kinematics and coefficients together: kinematics alone give {alone}{unit}, 2 ln L {number(2.0 * seen.gain)}, "
+        "which is not significant, and forces and moments agree."
     )
 
 
-TOLD_RISE = 0.005
-"""Display: rise of R^2 from which it is told; its third digit is the last that is printed."""
+NOTED_RISE = 0.005
+"""Display: rise of R^2 from which it is noted; its third digit is the last that is printed."""
 
 
 def told_of_nearly_proven(row: NearlyProven) -> str:
-    """What would be named were it the only question, with what it brings and what it would do elsewhere."""
+    """Note on an effect that would be significant as the only hypothesis: gain, penalty and R^2."""
     own = si_unit(row.active.effect.parameters[0].unit) if row.active is not None else ""
     value = f"{with_deviation(row.value, row.std_error)} {own}".strip()
     said = (
-        f"Not proven: {named(row.hypothesis.label)} of {value} brings {number(row.gain, 2)} in ln L, where "
-        f"{number(row.price, 2)} are asked of one among so many hypotheses"
+        f"Near-significant: {named(row.hypothesis.label)} of {value} gains {number(row.gain, 2)} in ln L; the penalty "
+        f"for the number of hypotheses is {number(row.price, 2)}"
     )
     if row.rivals:
         others = listed([named(rival.label) for rival in row.rivals[:2]], "or")
-        said += f"; in its place {others} would do nearly as well"
-    better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + TOLD_RISE]
+        said += f"; replacing it by {others} fits nearly as well"
+    better = [(a, b) for a, b in row.unseen if b.r2 >= a.r2 + NOTED_RISE]
     if better:
         shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
         said += f". It would raise R^2 of {listed(shares)}"
@@ -277,11 +277,11 @@ def told_of_damping(damping: SharedDamping) -> str:
     least, most = damping.parts
     own = f"{number(100.0 * damping.own)} %" if damping.own > 1e-3 else "less than 0.1 %"
     return (
-        f"C_m q_hat is a sum: it holds {number(damping.share)} times a C_m alpha_dot_hat "
-        f"that the model may lack, of whose column these manoeuvres show {own} apart "
-        f"from the declared terms. With one of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat) its own part is "
-        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the bound does "
-        "not count that."
+        f"C_m q_hat is a combined derivative: it includes {number(damping.share)} times the C_m alpha_dot_hat that the "
+        f"model may lack; {own} of that regressor is independent of the declared terms in these manoeuvres. With a "
+        f"C_m alpha_dot_hat of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat), C_m q_hat alone is "
+        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the standard "
+        "error does not include this."
     )
 
 
@@ -303,7 +303,7 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
     manoeuvres, declared = question.manoeuvres, question.declared
     agreement = question.agreement(settings)
     before = _declared_estimate(question, settings, progress)
-    progress("tracing the residual")
+    progress("determining the structure from the residual")
     hypotheses = question.hypotheses(settings.catalogue)
     if settings.catalogue == "terms":
         quiet = replace(settings.attribution, disturbances=False)

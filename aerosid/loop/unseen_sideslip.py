@@ -35,18 +35,18 @@ def told_of_unseen_sideslip(
         return ()
     each_metre = aircraft.mass * aircraft.span * model.value(WEATHERCOCK) / aircraft.I_zz
     said = (
-        f"{', '.join(lacking)}: beta was not recorded. C_Y beta then depends on where the lateral "
-        f"accelerometer sits: by {number(-each_metre)} for each metre that it is further ahead of the centre of "
-        "gravity than declared (-m b C_n beta/I_zz). Give its position in the channel map where it is known."
+        f"{', '.join(lacking)}: beta was not recorded. C_Y beta then depends on the position of the lateral "
+        f"accelerometer: it changes by {number(-each_metre)} per metre that the accelerometer is farther ahead of the "
+        "centre of gravity than declared (-m b C_n beta/I_zz). Give its position in the channel map if it is known."
     )
     return (said,)
 
 
 def told_of_missing_chain(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """Why there is no model error d(t), and so no derivative of recursive least squares."""
+    """Reason why there is no model error d(t), and so no recursive least-squares estimate."""
     if lacking := without_sideslip(manoeuvres):
         return (f"The model error d(t) was not estimated: beta was not recorded on {', '.join(lacking)}.",)
-    return ("The model-error recursion broke down: derivatives of recursive least squares are missing.",)
+    return ("The model-error recursion failed: derivatives of recursive least squares are missing.",)
 
 
 def without_sideslip(manoeuvres: Sequence[Manoeuvre]) -> list[str]:

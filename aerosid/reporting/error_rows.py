@@ -39,7 +39,7 @@ def told_of_doubt(rows: Sequence[ErrorRow]) -> str:
     if not channels:
         return ""
     reasons = "; ".join(f"{listed(names)} ({doubt})" for doubt, names in channels.items())
-    return f"The noise cannot be estimated from the recording for {reasons}: nothing is said in units of it."
+    return f"The noise cannot be estimated from the recording for {reasons}: no error is given in units of it."
 
 
 def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:

@@ -34,8 +34,9 @@ def test_a_term_that_comes_near_its_price_is_told_with_its_number() -> None:
     assert (standing.recording, standing.coefficient) == ("b", "C_Z")
     assert with_it.r2 > standing.r2
     said = told_of_nearly_proven(row)
-    assert said.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
-    assert "C_Z V_hat^2 would do nearly as well" in said
+    assert said.startswith("Near-significant: C_Z V_hat of 0.092 ± 0.019 gains 9.8 in ln L; ")
+    assert "; the penalty for the number of hypotheses is 12" in said
+    assert "C_Z V_hat^2 fits nearly as well" in said
 
 
 def test_what_is_named_or_absent_is_not_told_as_nearly_proven() -> None:

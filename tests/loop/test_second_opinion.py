@@ -59,8 +59,8 @@ def test_where_both_methods_name_the_same_one_line_says_so() -> None:
     found = answer(question, replace(QUIET, catalogue="terms", method="likelihood"), lambda _stage: None)
     opinion = second_opinion(question, found, replace(QUIET, catalogue="terms", method="likelihood"))
     assert opinion.agrees
-    assert opinion.sentence.endswith("names C_X alpha^2 and C_m alpha^2 too.") or opinion.sentence.endswith(
-        "names C_m alpha^2 and C_X alpha^2 too."
+    assert opinion.sentence.endswith("identifies C_X alpha^2 and C_m alpha^2 too.") or opinion.sentence.endswith(
+        "identifies C_m alpha^2 and C_X alpha^2 too."
     )
     assert len(opinion.structures) == 1
 

@@ -20,7 +20,7 @@ def test_the_number_is_what_a_metre_does_to_the_regression_of_the_accelerometer_
     blind = commuter.without_vane(log)
     model, manoeuvre = questioned(AIRCRAFT, blind)
     (said,) = told_of_unseen_sideslip(AIRCRAFT, model, [manoeuvre])
-    number = float(said.split("sits: by ")[1].split(" for")[0].replace("\u2212", "-"))
+    number = float(said.split("changes by ")[1].split(" per")[0].replace("\u2212", "-"))
     # r' x over q_bar S/m, regressed on all that C_n holds: its slope on beta.
     assert AIRCRAFT.span is not None
     hat = AIRCRAFT.span / (2.0 * commuter.SPEED)

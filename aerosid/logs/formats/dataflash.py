@@ -297,7 +297,7 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     if over > 0:
         # Counted behind the message's header, as the format's reference library does.
         behind = max(0, over - _HEAD_LENGTH)
-        notes.append(f"the file ends inside a message ({behind} bytes over); what is whole is read")
+        notes.append(f"the file ends inside a message ({behind} bytes over); the complete part is read")
     if unsound:
         notes.append(f"the format of {', '.join(sorted(unsound))} does not fit its own length: it is not read")
     return notes

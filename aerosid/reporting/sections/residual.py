@@ -71,11 +71,11 @@ def _told_of(history: ErrorHistory) -> str:
     if history.left_its_range:
         at = history.time[np.nanargmax(np.abs(history.d))]
         return (
-            f"{history.coefficient}: at {at:.1f} s d(t) is larger than any such coefficient can be off; the estimator "
-            "has left its range there, and no term is compared with it"
+            f"{history.coefficient}: at {at:.1f} s d(t) exceeds any plausible error of the coefficient; the estimator "
+            "left its range there, and no term is compared with it"
         )
     if not history.terms:
-        return f"{history.coefficient}: nothing found"
+        return f"{history.coefficient}: no term identified"
     return f"{history.coefficient}: {', '.join(history.terms)}, correlation {number(history.correlation, 3)}"
 
 
