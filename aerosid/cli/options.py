@@ -86,4 +86,4 @@ def console() -> Console:
         def on_broken_pipe(self) -> None:
             read_no_more()
 
-    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140, quiet=mode().silent)
+    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 180, quiet=mode().silent)

@@ -38,7 +38,7 @@ class PrefilterNote:
 
 @dataclass(frozen=True)
 class ModelErrorPictures:
-    """What the paper's chain shows: the completed structure's values, with and without the filter, and its pictures."""
+    """Results of the paper's chain: values of the completed structure with and without the filter, and pictures."""
 
     chain: Chain
     unfiltered: Chain

@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.loop.methods import Answer, Question, by_model_error
+from aerosid.loop.methods import IdentificationProblem, MethodResult, by_model_error
 from aerosid.loop.model_validation.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.swept_model import SweepSettings
@@ -45,7 +45,7 @@ QUICK = ModelErrorSearchSettings(
 
 
 @dataclass(frozen=True)
-class RivalStructure:
+class CompetingStructure:
     """Structure identified by one method, and its error.
 
     Attributes
@@ -76,7 +76,7 @@ class SecondOpinion:
         The same as a sentence.
     role : str
         Of the flights on which the errors were taken: "validation" or "identification".
-    structures : tuple of RivalStructure
+    structures : tuple of CompetingStructure
         Side by side, where the methods differ; one row where they agree.
     error_ratio : float or None
         Where they differ: the error of the model identified from d(t) over that of the deciding method's, channel by
@@ -86,47 +86,47 @@ class SecondOpinion:
     agrees: bool
     sentence: str
     role: str
-    structures: tuple[RivalStructure, ...]
+    structures: tuple[CompetingStructure, ...]
     error_ratio: float | None = None
 
 
-def second_opinion(question: Question, first: Answer, settings: LoopSettings) -> SecondOpinion:
+def second_opinion(problem: IdentificationProblem, first: MethodResult, settings: LoopSettings) -> SecondOpinion:
     """Attribution by method iebmee on the same flights, compared with that of the deciding method.
 
     Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.
     """
     found = first.found
-    role = "validation" if question.others else "identification"
-    flights = question.others or question.manoeuvres
+    role = "validation" if problem.others else "identification"
+    flights = problem.others or problem.manoeuvres
     names = _names(found)
     errors = _errors(found, flights)
-    own = RivalStructure(first.deciding, names, _over_noise(errors, flights))
+    own = CompetingStructure(first.method, names, _over_noise(errors, flights))
     try:
         # Without turbulence in the first result, a search for it in d(t) would only cost time.
         quick = replace(QUICK, gusts=bool(_disturbances(found)))
         quick_settings = replace(settings, model_error=quick)
-        other = by_model_error(question, quick_settings, lambda _stage: None, first).found
+        other = by_model_error(problem, quick_settings, lambda _stage: None, first).found
     except EstimationError as error:
-        return SecondOpinion(False, no_second_opinion(error), role, (own,))
+        return SecondOpinion(False, note_without_second_opinion(error), role, (own,))
     others = _names(other)
     if set(names) == set(others):
         result = f"identifies {_listed(names)} too" if names else "identifies no effect either"
         return SecondOpinion(True, f"The model error d(t) alone (method iebmee) {result}.", role, (own,))
     theirs = _errors(other, flights)
-    rival = RivalStructure("iebmee", others, _over_noise(theirs, flights))
+    competing = CompetingStructure("iebmee", others, _over_noise(theirs, flights))
     ratio = _ratio(theirs, errors)
     sentence = (
-        f"The two methods differ: {DECIDING[first.deciding]} {_listed(names)}, the model error d(t) alone "
+        f"The two methods differ: {DECIDING[first.method]} {_listed(names)}, the model error d(t) alone "
         f"(method iebmee) {_listed(others)}. {_comparison(ratio, role, len(flights))}"
     )
-    return SecondOpinion(False, sentence, role, (own, rival), ratio)
+    return SecondOpinion(False, sentence, role, (own, competing), ratio)
 
 
 DECIDING = {"likelihood": "the likelihood identifies", "equations": "the equations identify"}
 """The deciding methods with which d(t) is compared, each with its verb."""
 
 
-def no_second_opinion(error: EstimationError) -> str:
+def note_without_second_opinion(error: EstimationError) -> str:
     """Reason why there is none, without the error's advice to use the default method, which was used already."""
     reason = str(error).partition(";")[0].rstrip(".")
     return f"No cross-check by the model error d(t): {reason}."
@@ -165,10 +165,10 @@ def _errors(found: Attribution, flights: Sequence[Manoeuvre]) -> list[dict[str, 
     ]
 
 
-def _ratio(errors: Sequence[dict[str, float | None]], beside: Sequence[dict[str, float | None]]) -> float | None:
+def _ratio(errors: Sequence[dict[str, float | None]], reference: Sequence[dict[str, float | None]]) -> float | None:
     """Median over channels and flights of one model's errors over another's."""
     ratios = []
-    for ours, theirs in zip(errors, beside, strict=True):
+    for ours, theirs in zip(errors, reference, strict=True):
         for channel, error in ours.items():
             other = theirs[channel]
             if error is None or other is None:

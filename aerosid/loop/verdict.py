@@ -12,7 +12,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.judgement_settings import JUDGEMENT
-from aerosid.loop.model_validation.error_reduction import told_of_reduction
+from aerosid.loop.model_validation.error_reduction import error_reduction_sentence
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import listed, with_deviation
 from aerosid.search.attribution import Attribution
@@ -91,10 +91,10 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
             sentence += " A significant residual remains."
     if verdict is Verdict.NOT_EXCITED:
         return f"{sentence} The completed aircraft keeps every declared value."
-    return f"{sentence} {told_of_reduction(errors)}".strip()
+    return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
-def told_of_refuted(refuted: Sequence[tuple[str, str, str]], *, by_blocks: bool = False) -> list[str]:
+def notes_on_refuted(refuted: Sequence[tuple[str, str, str]], *, by_blocks: bool = False) -> list[str]:
     """One sentence for each effect (kind, where, term) refuted by validation.
 
     `by_blocks`: cross-validation on parts of the identification flights, each predicted from the rest.
@@ -121,13 +121,13 @@ def _place(kind: str, where: str) -> str:
     return f" {'along' if along else 'of'} {where}" if where else ""
 
 
-def told_of_decisions(found: Attribution) -> tuple[str, ...]:
+def validation_decisions(found: Attribution) -> tuple[str, ...]:
     """Effects confirmed and refuted by validation, a few words each; empty where there is none."""
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
     return (*confirmed, *(f"refuted {named(label)}" for label in found.refuted))
 
 
-def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
+def notes_on_coloured_noise(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
     """One sentence for each log whose sensors have coloured noise: (log, channel, memory) each."""
     sentences = []
     for log in dict.fromkeys(log for log, _, _ in coloured):

@@ -98,13 +98,13 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         left = "white" if row.white else "coloured"
         table.add_row(row.channel, row.unit, number(row.before), number(row.after), number(row.noise, 2), left)
     console.print(table)
-    if worse := told_of_worse(agreement):
+    if worse := note_on_worse_channels(agreement):
         console.print(f"note: {worse}", soft_wrap=True)
     for note in agreement.notes:
         console.print(f"note: {note}", soft_wrap=True)
 
 
-def told_of_worse(agreement: KinematicConsistency) -> str:
+def note_on_worse_channels(agreement: KinematicConsistency) -> str:
     """Note on channels that fit less well after the correction than as recorded; empty where there is none."""
     worse = [row for row in agreement.channels if row.after > REMARKS.corrected_worse * row.before]
     places = [

@@ -7,7 +7,7 @@ import pytest
 from equations_decided import decided, proved
 
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.loop.methods import told_of_nearly_proven
+from aerosid.loop.methods import note_on_near_significant
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 BODY = BODIES[1]
@@ -33,7 +33,7 @@ def test_a_term_that_comes_near_its_price_is_told_with_its_number() -> None:
     ((standing, with_it),) = row.unseen
     assert (standing.recording, standing.coefficient) == ("b", "C_Z")
     assert with_it.r2 > standing.r2
-    said = told_of_nearly_proven(row)
+    said = note_on_near_significant(row)
     assert said.startswith("Near-significant: C_Z V_hat of 0.092 ± 0.019 gains 9.8 in ln L; ")
     assert "; the penalty for the number of hypotheses is 12" in said
     assert "C_Z V_hat^2 fits nearly as well" in said

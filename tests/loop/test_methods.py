@@ -10,7 +10,7 @@ from aerosid.equation_error.selection.evidence import EvidenceFinding
 from aerosid.equation_error.selection.joint_timing import TwoWitnesses
 from aerosid.equation_error.selection.prices import Support
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.methods import told_of_support, told_of_timing
+from aerosid.loop.methods import note_on_delay, note_on_supported_error
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -57,7 +57,7 @@ def test_two_witnesses_of_a_late_vane_are_told_with_their_numbers() -> None:
     slow, late = (
         ActiveEffect(made("alpha"), (value,), "") for made, value in ((sensor_lag, 0.1379), (sensor_delay, 0.2147))
     )
-    said = told_of_timing(TwoWitnesses("alpha", late, 0.0223, slow, 0.0099))
+    said = note_on_delay(TwoWitnesses("alpha", late, 0.0223, slow, 0.0099))
     assert "kinematics alone give a delay of 0.215 ± 0.022 s" in said
     assert "together with forces and moments a lag of 0.1379 ± 0.0099 s, which the completed model uses." in said
 
@@ -66,7 +66,7 @@ def test_a_fault_that_two_witnesses_name_together_is_told_with_what_each_shows()
     active = ActiveEffect(sensor_bias("V", "m/s", 0.1), (-6.05,), "")
     hypothesis = Hypothesis("sensor_bias", "V", effects=(active,))
     row = EvidenceFinding(hypothesis, active, -6.05, 0.5, (0.5,), 47.0, "coefficients")
-    said = told_of_support(row, Support((-5.2,), np.array([[1.44]]), 8.4, 8.4))
+    said = note_on_supported_error(row, Support((-5.2,), np.array([[1.44]]), 8.4, 8.4))
     assert said.startswith(
         "sensor_bias of V of −6.05 ± 0.50 m/s is identified from kinematics and coefficients together"
     )

@@ -21,7 +21,7 @@ from aerosid.loop.flying_qualities.linear_analysis import LinearRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.second_opinion import RivalStructure, SecondOpinion
+from aerosid.loop.second_opinion import CompetingStructure, SecondOpinion
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
@@ -360,8 +360,8 @@ def test_a_channel_that_fits_less_well_corrected_is_explained(result: ClosedLoop
 def test_two_methods_are_compared_by_one_measure_in_sentence_and_table(result: ClosedLoop) -> None:
     """Their errors over the noise, medians each, may stand the other way round than the median of their ratios."""
     rows = (
-        RivalStructure("likelihood", ("C_X alpha^2",), 104.0),
-        RivalStructure("iebmee", ("sensor_bias of V",), 65.0),
+        CompetingStructure("likelihood", ("C_X alpha^2",), 104.0),
+        CompetingStructure("iebmee", ("sensor_bias of V",), 65.0),
     )
     told = (
         "On the validation flight the open-loop error of the latter is 1.27 times that of the former (median channel)."

@@ -289,8 +289,7 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     if kinds.size and int(unknown.sum()) >= 2:
         named = ", ".join(f"{kind} ({unknown[kind]} times)" for kind in kinds[:8])
         notes.append(
-            f"messages of the types {named} have no format before them in the file: they are not read, what is "
-            "described is"
+            f"messages of the types {named} have no format before them in the file: they are not read, the others are"
         )
     elif skipped:
         notes.append(f"{skipped} of {size} bytes are damaged and skipped; {messages} messages are read")

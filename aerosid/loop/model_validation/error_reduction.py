@@ -64,7 +64,7 @@ def error_reduction(errors: Sequence[ErrorRow], role: str | None = None) -> Erro
     return ErrorReduction(role, float(np.median([ratio for _, _, ratio in ordered])), ordered)
 
 
-def told_of_reduction(errors: Sequence[ErrorRow]) -> str:
+def error_reduction_sentence(errors: Sequence[ErrorRow]) -> str:
     """The reduction as one sentence that holds for each channel; empty where there is none to tell."""
     reduction = error_reduction(errors)
     if reduction is None:

@@ -22,12 +22,12 @@ from aerosid.loop.next_flight.expected_information import (
     expected_deviations,
     expected_difference,
     needed_difference,
-    probability_told_apart,
+    probability_distinguished,
     prospect,
 )
 from aerosid.loop.next_flight.flight_limits import UNITS, shown
 from aerosid.loop.next_flight.input_design import DesignSettings, InputSearch, Trial
-from aerosid.loop.next_flight.open_questions import REACH, Rival, Unknown, rivals_of
+from aerosid.loop.next_flight.open_questions import REACH, CompetingModel, Unknown, competing_models
 from aerosid.loop.next_flight.planned_flight import (
     NextFlight,
     PlannedHistory,
@@ -57,12 +57,12 @@ def plan_next_flight(
     manoeuvres : sequence of Manoeuvre
         The records it was fitted to; the next flight begins in steady flight at the condition of the first.
     derivatives : sequence of DerivativeRow
-        Those that are not shown are questions.
+        Those that are not significant are questions.
     limits : mapping of str to (float, float)
         Of `flight_limits.UNITS`, SI; those that are not given follow from what was flown.
     """
     settings = settings or DesignSettings()
-    rivals, unknowns = rivals_of(found, settings.rivals), _unknowns(found, derivatives)
+    rivals, unknowns = competing_models(found, settings.rivals), _unknowns(found, derivatives)
     if not rivals and not unknowns:
         return None
     if found.completed.held_to_data > 0.0:
@@ -116,7 +116,7 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
 
 
 def _nothing(
-    rivals: Sequence[Rival], unknowns: Sequence[Unknown], settings: DesignSettings, tried: int, note: str
+    rivals: Sequence[CompetingModel], unknowns: Sequence[Unknown], settings: DesignSettings, tried: int, note: str
 ) -> NextFlight:
     """The questions where no input could be designed, without expected results."""
     open_ones = [_about_rival(rival, settings, None, None, None, _NOT_JUDGED) for rival in rivals]
@@ -132,7 +132,9 @@ def _assessed(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
     for n, (rival, one) in enumerate(zip(search.rivals, ahead, strict=True)):
         back = _seen_by_chosen(search, planned, rival)
 
-        def difference(count: int, rival: Rival = rival, one: Prospect = one, back: Prospect | None = back) -> float:
+        def difference(
+            count: int, rival: CompetingModel = rival, one: Prospect = one, back: Prospect | None = back
+        ) -> float:
             ways = [expected_difference(rival.known, one, count)]
             if back is not None:
                 ways.append(expected_difference(search.known, back, count))
@@ -142,12 +144,12 @@ def _assessed(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
             (
                 count
                 for count in range(1, search.settings.repeats + 1)
-                if probability_told_apart(difference(count), rival.present, REACH) >= search.settings.certain
+                if probability_distinguished(difference(count), rival.present, REACH) >= search.settings.certain
             ),
             None,
         )
         expected = difference(1)
-        probability = probability_told_apart(expected, rival.present, REACH)
+        probability = probability_distinguished(expected, rival.present, REACH)
         hint = "" if repeats is not None else _instead(rival, float(alone[n]), _surfaces(search))
         questions.append(_about_rival(rival, search.settings, expected, probability, repeats, hint))
     if search.unknowns:
@@ -171,8 +173,8 @@ def _assessed(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
     return tuple(questions)
 
 
-def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: Rival) -> Prospect | None:
-    """The planned flight with the rival being true, as the chosen model sees it; None where it leaves its range."""
+def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: CompetingModel) -> Prospect | None:
+    """The planned flight with the competing model true, seen by the chosen model; None where it leaves its range."""
     flight = planned.flight
     response = search.simulated(rival.estimate, planned)
     true = replace(planned, flight=flight._replace(measured=np.where(np.isnan(flight.measured), np.nan, response)))
@@ -183,7 +185,7 @@ def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: Rival) -> Pr
 
 
 def _about_rival(
-    rival: Rival,
+    rival: CompetingModel,
     settings: DesignSettings,
     expected: float | None,
     probability: float | None,
@@ -234,12 +236,12 @@ def _surfaces(search: InputSearch) -> str:
     return " or ".join(SURFACES[name] for name in search.steady.controls)
 
 
-def _instead(rival: Rival, share: float, surfaces: str) -> str:
+def _instead(rival: CompetingModel, share: float, surfaces: str) -> str:
     """Advice where the planned input does not decide: another input, or other means."""
     return _OWN_INPUT if share >= 1.0 else elsewhere(rival, surfaces)
 
 
-def elsewhere(rival: Rival, surfaces: str) -> str:
+def elsewhere(rival: CompetingModel, surfaces: str) -> str:
     """Means of distinguishing two effects that no input of some surfaces distinguishes."""
     kinds = rival.kinds
     if "gust" in kinds:
@@ -292,7 +294,7 @@ def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
 
 
 def _name(search: InputSearch, best: Trial) -> str:
-    """What a pilot calls an input; with the surface where there are several."""
+    """Name of an input for the pilot; with the surface where there are several."""
     if len(search.steady.controls) == 1:
         return best.moves[0].shape.name
     return " then ".join(f"{SURFACES[move.surface]} {move.shape.name}" for move in best.moves)
@@ -317,7 +319,7 @@ FOLLOWED = {
 
 
 def _expected(search: InputSearch, responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHistory]:
-    """The histories of those channels by the chosen model and the first rival."""
+    """The histories of those channels by the chosen and the first competing model."""
     chosen, *rivals = responses
     histories = {}
     for name in FOLLOWED[search.axes.name]:

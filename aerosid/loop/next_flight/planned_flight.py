@@ -59,7 +59,7 @@ class PlannedInput:
     Attributes
     ----------
     name : str
-        What a pilot calls it: doublet, 3-2-1-1, multistep, multisine, rudder doublet then aileron 2-1-1.
+        Name for the pilot: doublet, 3-2-1-1, multistep, multisine, rudder doublet then aileron 2-1-1.
     steps : tuple of PlannedStep
         Empty for a multisine.
     amplitude, rate : float

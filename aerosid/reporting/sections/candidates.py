@@ -42,7 +42,9 @@ def _plots(drawn: Sequence[RegressorPicture], found: Mapping[tuple[str, str], fl
     room = max(_TILES, -(-chosen // _ACROSS) * _ACROSS) - chosen
     rivals = sorted((each for each in drawn if not each.chosen), key=lambda each: -abs(each.correlation))[:room]
     kept = [each for each in drawn if each.chosen or each in rivals]
-    pictures = sorted(kept, key=lambda picture: coefficients.index(picture.coefficient))  # a rival beside its victor
+    pictures = sorted(
+        kept, key=lambda picture: coefficients.index(picture.coefficient)
+    )  # a competing term next to the selected one
     said = "; ".join(
         f"{picture.coefficient} {picture.term}: slope {number(picture.slope, 3)}, correlation "
         f"{number(picture.correlation, 3)} ({_fate(picture, found)})"
