@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.loop.methods import Question
+from aerosid.loop.methods import IdentificationProblem
 from aerosid.model_error.coefficient_match import Corrected
 from aerosid.model_error.paper_chain import ChainSettings, feed
 
@@ -34,7 +34,7 @@ WITHIN = 1.05
 """The sparsest model whose error on the second flight is within 5 % of the best, as there."""
 
 
-def stepwise(question: Question) -> tuple[list[Label], Values]:
+def stepwise(question: IdentificationProblem) -> tuple[list[Label], Values]:
     """Klein & Morelli's forward regression by partial F: names by their shares of the variance, and the derivatives."""
     labels: list[tuple[float, Label]] = []
     values: Values = {}
@@ -60,7 +60,7 @@ def stepwise(question: Question) -> tuple[list[Label], Values]:
     return [label for _, label in sorted(labels, reverse=True)], values
 
 
-def sparse(question: Question) -> tuple[list[Label], Values]:
+def sparse(question: IdentificationProblem) -> tuple[list[Label], Values]:
     """Sequentially thresholded least squares by PySINDy; it chooses among declared terms and candidates alike.
 
     Raises
@@ -104,7 +104,9 @@ def _key(entry: Entry) -> tuple[str, str]:
     return entry[0], str(entry[1])
 
 
-def _columns(question: Question, manoeuvre: Manoeuvre, name: str, entries: Sequence[Entry]) -> tuple[Array, Array]:
+def _columns(
+    question: IdentificationProblem, manoeuvre: Manoeuvre, name: str, entries: Sequence[Entry]
+) -> tuple[Array, Array]:
     """Terms (N, m) along the measured motion, and the measured coefficient (N,), where both are known."""
     model = question.declared.extended([entry for entry in entries if entry not in question.declared.entries])
     corrected = Corrected.of(model, (), manoeuvre, feed(manoeuvre, ChainSettings()))

@@ -35,8 +35,8 @@ from aerosid.estimation.manoeuvre import initial_state, prepare
 from aerosid.flight_model.aerodynamics import controls_of
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.formats import read_log
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question, answer
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem, run_method
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import SweepSettings
@@ -66,7 +66,7 @@ PARTS: dict[str, LoopSettings] = {
     "no coloured correction": _settings_of(sweeps=SweepSettings(coloured=False)),
     "default method": LoopSettings(),
 }
-REGRESSIONS: dict[str, Callable[[Question], tuple[list[Label], Values]]] = {
+REGRESSIONS: dict[str, Callable[[IdentificationProblem], tuple[list[Label], Values]]] = {
     "stepwise regression": stepwise,
     "PySINDy": sparse,
 }
@@ -212,22 +212,24 @@ def outcome(labels: Sequence[Label], key: Mapping[str, Any]) -> str:
     return "near" if any(matches(labels[0], wanted) for wanted in near) else "wrong"
 
 
-def by_settings(question: Question, settings: LoopSettings) -> tuple[list[Label], Values]:
+def by_settings(question: IdentificationProblem, settings: LoopSettings) -> tuple[list[Label], Values]:
     """Names and derivatives of a method of the loop, without simulations and reports."""
-    found = answer(question, settings, lambda _stage: None).found
+    found = run_method(question, settings, lambda _stage: None).found
     labels = [(finding.kind, finding.where, finding.term) for finding in found.findings]
     model = found.completed.model
     return labels, {(entry[0], str(entry[1])): model.value(entry) for entry in found.completed.free}
 
 
-def _question(folder: Path) -> Question:
+def _question(folder: Path) -> IdentificationProblem:
     aircraft = load_aircraft(folder / "aircraft.toml")
     logs = [read_log(folder / f"{role}.csv") for role in ("identification", "validation")]
-    model, candidates = asked_of(logs[:1], logs[1:], aircraft)
+    model, candidates = declared_with_candidates(logs[:1], logs[1:], aircraft)
     manoeuvres = [prepare(log, aircraft, model.columns) for log in logs]
     given = declared_effects(aircraft, controls_of(model), manoeuvres[:1])
     declared = with_columns_of(model, given)
-    return Question(aircraft, declared, tuple(given), candidates, tuple(manoeuvres[:1]), tuple(manoeuvres[1:]))
+    return IdentificationProblem(
+        aircraft, declared, tuple(given), candidates, tuple(manoeuvres[:1]), tuple(manoeuvres[1:])
+    )
 
 
 def errors_over_bound(case: Case, values: Values) -> tuple[float, ...]:

@@ -25,7 +25,7 @@ _SMALLEST_SIGMA = 1e-12
 """Numerical: an a-priori deviation of zero could not be read back."""
 
 _FOUND = "found by aerosid, not in the declared model"
-_NOT_SHOWN = "as declared: the flights do not show it"
+_NOT_SHOWN = "not significant in the flights"
 
 
 def complete(
@@ -53,7 +53,7 @@ def complete(
     completed = aircraft_from_text(text, aircraft.path, hashlib.sha256(text.encode()).hexdigest())
     missed = wanted.keys() - {(entry.coefficient, entry.term) for entry in completed.derivatives}
     if missed or len(completed.effects) < len(aircraft.effects):
-        raise _odd_layout(aircraft, f"{len(missed)} entries found no place")
+        raise _odd_layout(aircraft, f"{len(missed)} entries could not be placed")
     return completed
 
 
@@ -123,7 +123,8 @@ def _edited(
             without_comments_above(table, spelling[coefficient, term])
             _update(table, spelling[coefficient, term], _numbers(value, std_error), f"declared {entry.value:.6g}")
     for coefficient, term in kept:
-        _mark_not_shown(derivatives[coefficient], spelling[coefficient, term])
+        remark = _NOT_SHOWN if (coefficient, term) in wanted else f"as declared: {_NOT_SHOWN}"
+        _mark_not_shown(derivatives[coefficient], spelling[coefficient, term], remark)
     if effects:
         _write_effects(document, aircraft, effects)
     if record is not None:
@@ -159,11 +160,11 @@ def _update(table: Any, name: str, numbers: Mapping[str, float], remark: str) ->
     _remark(table, entry, remark)
 
 
-def _mark_not_shown(table: Any, name: str) -> None:
-    """Mark an entry whose declared value stays because the flights do not show it."""
+def _mark_not_shown(table: Any, name: str, remark: str) -> None:
+    """Mark an entry that is not significant in the flights, whether its value is declared or estimated."""
     entry: Any = table[name]
     entry["shown"] = False
-    _remark(table, entry, _NOT_SHOWN)
+    _remark(table, entry, remark)
 
 
 def _remark(table: Any, entry: Any, remark: str) -> None:

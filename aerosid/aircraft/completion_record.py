@@ -26,7 +26,7 @@ def source_of(record: CompletionRecord) -> str:
     fitted = " and ".join(log.name for log in record.logs if log.role == "identification") or "no log"
     begun = f"; declared in {record.declared_file}" if record.declared_file else ""
     own = f" ({record.declared_source})" if record.declared_source else ""
-    kept = f"; as declared: {', '.join(record.not_shown)}" if record.not_shown else ""
+    kept = f"; not significant: {', '.join(record.not_shown)}" if record.not_shown else ""
     return f"estimated by {record.program} on {record.date} from {fitted}{begun}{own}{kept}"
 
 
@@ -38,7 +38,7 @@ def shortened(source: str) -> str:
 def _table(record: CompletionRecord) -> Any:
     table = tomlkit.table()
     table.trivia.indent = "\n"
-    table.comment("written by aerosid: what made the numbers of this file")
+    table.comment("written by aerosid: origin of the numbers of this file")
     table["by"] = record.program
     table["date"] = record.date
     table["verdict"] = record.verdict

@@ -246,15 +246,15 @@ def _read_derivatives(path: str, tables: DerivativesTable) -> tuple[Derivative, 
     for body, wind in (("C_X", "C_D"), ("C_Z", "C_L")):
         if body in given and wind in given:
             raise AircraftError(
-                f"{path}: derivatives holds both {body} and {wind}, expected one of them, since {wind} stands in place "
-                f"of {body}; remove one"
+                f"{path}: derivatives holds both {body} and {wind}, expected one of them, since {wind} replaces "
+                f"{body}; remove one"
             )
     symmetric = ("C_D", "C_L", "C_m") if "C_D" in given or "C_L" in given else LONGITUDINAL.coefficients
     axes = _axes(tuple(given))
     wanted = tuple(name for name in (*symmetric, *LATERAL.coefficients) if name in loads_of(axes))
     for name in wanted:
         if name not in given:
-            pair = ", C_L and C_D standing together in place of C_Z and C_X" if wanted[0] == "C_D" else ""
+            pair = ", where C_L and C_D together replace C_Z and C_X" if wanted[0] == "C_D" else ""
             raise AircraftError(
                 f"{path}: the table derivatives.{name} is missing, expected {', '.join(wanted)}{pair}; "
                 f"add [derivatives.{name}], empty where nothing is known"

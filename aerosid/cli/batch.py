@@ -24,23 +24,23 @@ def batch_command(
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
     ],
     channels: ChannelsOption = None,
-    find: Annotated[bool, typer.Option("--find", help="Take the elevator manoeuvres found in each log.")] = False,
-    catalogue: Annotated[str, typer.Option(help="What may be named: all, or aerodynamic terms.")] = "all",
+    find: Annotated[bool, typer.Option("--find", help="Use the elevator manoeuvres found in each log.")] = False,
+    catalogue: Annotated[str, typer.Option(help="Candidate effects: all, or terms (aerodynamic terms only).")] = "all",
     against: Annotated[
         Optional[str],
         typer.Option(
-            help="What derivatives are drawn against: alpha, mach, V, h or mass; mach where it varies.",
+            help="Abscissa of the derivative plots: alpha, mach, V, h or mass; default mach where it varies.",
             show_default=False,
         ),
     ] = None,
-    reports: Annotated[bool, typer.Option(help="A report for each log.")] = True,
+    reports: Annotated[bool, typer.Option(help="Write a report for each log.")] = True,
     seed: Annotated[int, typer.Option(help="Seed of every random draw.", min=0)] = 0,
     strict: Annotated[bool, typer.Option("--strict", help="Exit code 1 where a log could not be used.")] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     out: Annotated[Path, out_folder()] = Path("reports/batch"),
 ) -> int:
-    """Closes the loop on every log of a folder, and tabulates the derivatives over manoeuvres."""
+    """Runs close-loop on every log of a folder, and tabulates the derivatives over the manoeuvres."""
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.errors import UsageError

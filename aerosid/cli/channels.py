@@ -13,12 +13,13 @@ from aerosid.cli.output import headed, tell
 
 def channels_command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.", show_default=False)],
-    out: Annotated[Path | None, out_file("Write the proposed map there.")] = None,
+    out: Annotated[Path | None, out_file("File for the proposed map.")] = None,
     form: Annotated[
-        str | None, typer.Option("--format", metavar="NAME", help="As `aerosid formats` names it.", show_default=False)
+        str | None,
+        typer.Option("--format", metavar="NAME", help="Format name, as in `aerosid formats`.", show_default=False),
     ] = None,
 ) -> None:
-    """Lists what is in a recording (unit, samples, rate, span, holes, range) and proposes a channel map."""
+    """Lists the channels of a recording (unit, samples, rate, span, holes, range) and proposes a channel map."""
     from aerosid.errors import UsageError
     from aerosid.file_set import text, write_files
     from aerosid.logs.channel_listing import list_channels

@@ -31,14 +31,14 @@ def check_command(
         typer.Option(
             "--aircraft",
             metavar="FILE",
-            help="Its size limits where sensors can be; else unlimited.",
+            help="Aircraft file: its size limits the sensor positions; default no limit.",
             show_default=False,
         ),
     ] = None,
 ) -> int:
-    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and what close-loop would lack.
+    """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and data missing for close-loop.
 
-    With --quiet the closing sentences alone.
+    With --quiet only the closing sentences.
     """
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import spans_between
@@ -80,7 +80,7 @@ def _print_streams(path: Path, recording: Recording, output: Console) -> None:
 
 
 def _length(aircraft: Aircraft | None) -> float | None:
-    """How long the aircraft is, m, by its file or by its chord; None where there is no file."""
+    """Length of the aircraft, m, by its file or by its chord; None where there is no file."""
     from aerosid.effects.limits import OFFERED
 
     if aircraft is None:
@@ -89,13 +89,13 @@ def _length(aircraft: Aircraft | None) -> float | None:
 
 
 def _checked(log: FlightLog, output: Console | None, length: float | None) -> dict[str, object]:
-    """What one log is worth, printed where there is an output, and as JSON holds it."""
+    """Quality of one log, printed where there is an output, and as JSON holds it."""
     from aerosid.compatibility import check_kinematics
     from aerosid.logs.quality import check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
     from aerosid.reporting.quality_tables import (
         closing_sentence,
-        lively_sentence,
+        dynamic_sentence,
         print_kinematics,
         print_quality,
         quality_json,
@@ -103,16 +103,16 @@ def _checked(log: FlightLog, output: Console | None, length: float | None) -> di
 
     quality = check_log(log)
     whole = whole_flight_sentence(log)
-    # A flight holds many trims and configurations: one path through all of it says nothing of the instruments.
+    # A flight holds many trims and configurations: one flight path through all of it is no check of the instruments.
     agreement = None if whole is not None else check_kinematics([log], length=length)
-    lively = "" if whole is not None else lively_sentence(find_manoeuvres(log))
+    dynamic = "" if whole is not None else dynamic_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole)
     if output is not None:
         print_quality(quality, output)
         if agreement is not None:
             print_kinematics(agreement, output)
-        for line in (lively, sentence):
+        for line in (dynamic, sentence):
             if line:
                 output.print(line, soft_wrap=True)
         output.print()
-    return quality_json(quality, agreement) | {"usable": usable, "sentence": sentence, "lively": lively}
+    return quality_json(quality, agreement) | {"usable": usable, "sentence": sentence, "lively": dynamic}

@@ -18,7 +18,7 @@ from aerosid.manoeuvres import elevator_manoeuvres
 
 if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
     from aerosid.aircraft import Aircraft
-    from aerosid.loop.closed_loop import Told
+    from aerosid.loop.closed_loop import ResultCallback
     from aerosid.loop.provenance import Provenance
     from aerosid.loop.result import ClosedLoop
     from aerosid.loop.settings import LoopSettings, Method
@@ -27,7 +27,7 @@ _FILTERS = ("zero-phase", "causal", "off")
 
 _ONCE = (
     "Compiling the numerical kernels: once for this user, Python and processor "
-    "(`aerosid warm-up` does it ahead, on all cores)."
+    "(`aerosid warm-up` does it in advance, on all cores)."
 )
 
 
@@ -198,7 +198,7 @@ def with_progress(
     aircraft: Aircraft,
     validation: Sequence[FlightLog],
     settings: LoopSettings,
-    judged: Told,
+    judged: ResultCallback,
     hold_out: Sequence[FlightLog],
     provenance: Provenance,
 ) -> ClosedLoop:

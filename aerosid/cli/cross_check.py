@@ -23,12 +23,12 @@ def cross_check_command(
     ] = None,
     out: Annotated[Path, out_folder()] = Path("reports/jsbsim"),
     amplitude: Annotated[
-        float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Of the aircraft's manoeuvres, rad.")
+        float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Amplitude of the manoeuvres, rad.")
     ] = 0.04,
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.", min=1)] = 50,
-    seed: Annotated[int, typer.Option(help="Of the sensors' noise.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the sensor noise.", min=0)] = 0,
 ) -> None:
-    """Judges the loop by JSBSim: the paper's flight, aircraft with known derivatives, and each undeclared effect."""
+    """Tests close-loop with JSBSim: the paper's flight, aircraft with known derivatives, and each undeclared effect."""
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.file_set import require_folder
     from aerosid.studies.cross_check import cross_check, write_cross_check

@@ -26,7 +26,7 @@ def export_command(
         str, typer.Argument(metavar="AIRCRAFT", help="Aircraft file, or a bundled name.", show_default=False)
     ],
     format_name: Annotated[str, typer.Option("--format", metavar="FORMAT", help=f"{_FORMATS}.", show_default=False)],
-    out: Annotated[Path | None, out_file("Where to; default the terminal.")] = None,
+    out: Annotated[Path | None, out_file("Output file; default the terminal.")] = None,
     into: Annotated[
         Path | None,
         typer.Option(
@@ -50,7 +50,7 @@ def export_command(
         typer.Option(
             "--alpha-range",
             metavar="LOW,HIGH",
-            help="jsbsim, davem: tested range of alpha, deg; terms keep its ends beyond.",
+            help="jsbsim, davem: tested range of alpha, deg; terms are held constant beyond its ends.",
             show_default=False,
         ),
     ] = None,

@@ -22,7 +22,7 @@ def find_command(
         typer.Option(
             "--aircraft",
             metavar="FILE",
-            help="Expected deviations for this aircraft's coefficients; else per unit inertia.",
+            help="Expected standard errors for this aircraft's coefficients; default per unit inertia.",
             show_default=False,
         ),
     ] = None,
@@ -30,7 +30,9 @@ def find_command(
         Optional[str],
         typer.Option("--kinds", metavar="KIND,...", help="Only these kinds, as in trim,phugoid.", show_default=False),
     ] = None,
-    rejected: Annotated[bool, typer.Option("--rejected", help="List also what is lively and no manoeuvre.")] = False,
+    rejected: Annotated[
+        bool, typer.Option("--rejected", help="List also dynamic parts that are no manoeuvre.")
+    ] = False,
     out: Annotated[
         Optional[Path],
         out_folder(
@@ -39,7 +41,7 @@ def find_command(
         ),
     ] = None,
 ) -> None:
-    """Finds the manoeuvres in a recording, from a cut to a whole flight, with their flight condition and worth."""
+    """Finds the manoeuvres in a recording, with flight condition and expected standard errors of the derivatives."""
     from dataclasses import replace
 
     from aerosid.aircraft import load_aircraft
@@ -52,7 +54,7 @@ def find_command(
     wanted = [word.strip() for word in kinds.split(",")] if kinds else list(KINDS)
     for word in wanted:
         if word not in KINDS:
-            raise UsageError(f"--kinds holds {word!r}; give some of {', '.join(KINDS)}.")
+            raise UsageError(f"--kinds holds {word!r}; give one or more of {', '.join(KINDS)}.")
     declared = load_aircraft(aircraft) if aircraft else None
     recording = read_span(log, channels, across_holes=True)
     if declared is not None:

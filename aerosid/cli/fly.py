@@ -21,14 +21,14 @@ def fly_command(
             show_default=False,
         ),
     ],
-    out: Annotated[Path, out_file("Native log, NAME.csv; the rest goes beside it.", "LOG")],
+    out: Annotated[Path, out_file("Native log, NAME.csv; the other files go to the same folder.", "LOG")],
     shapes: Annotated[
         Optional[list[str]],
         typer.Option(
             "--input",
             metavar="INPUT",
             help="[CONTROL:]SHAPE[:RAD[:S]][@S]: doublet, 3211, sweep, multisine or 211 of one control or of each in "
-            "turn, its amplitude, unit and begin; or a log whose controls are flown as deviations from their first "
+            "turn, with amplitude, unit and start; or a log whose controls are flown as deviations from their first "
             "samples; repeatable.",
             show_default="doublet",
         ),
@@ -41,35 +41,39 @@ def fly_command(
         typer.Option(
             parser=in_unit("s"),
             metavar="S",
-            help="s: half a doublet, the 1 of a 3211, the 1 of a 211, half the shortest period of sweep and multisine.",
+            help="Unit time, s: half a doublet, the 1 of a 3211 or 211, half the shortest period of the others.",
             show_default="1, 0.6, 0.5, 0.5, 0.8",
         ),
     ] = None,
     duration: Annotated[
         Optional[float],
-        typer.Option(parser=in_unit("s"), metavar="S", help="s.", show_default="14, or as long as several inputs take"),
+        typer.Option(
+            parser=in_unit("s"), metavar="S", help="Duration, s.", show_default="14, or as long as several inputs take"
+        ),
     ] = None,
-    interval: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="Between samples, s.")] = 0.02,
+    interval: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="Sampling interval, s.")] = 0.02,
     airspeed: Annotated[
         Optional[float],
-        typer.Option(parser=in_unit("m/s"), metavar="M/S", help="Of the trim, m/s.", show_default="the aircraft's"),
+        typer.Option(parser=in_unit("m/s"), metavar="M/S", help="Trim airspeed, m/s.", show_default="the aircraft's"),
     ] = None,
     altitude: Annotated[
         Optional[float],
-        typer.Option(parser=in_unit("m"), metavar="M", help="Of the trim, m.", show_default="the aircraft's, or 1500"),
+        typer.Option(
+            parser=in_unit("m"), metavar="M", help="Trim altitude, m.", show_default="the aircraft's, or 1500"
+        ),
     ] = None,
-    noise: Annotated[float, typer.Option(help="Factor on the noise of usual sensors.")] = 1.0,
+    noise: Annotated[float, typer.Option(help="Factor on the usual sensor noise.")] = 1.0,
     effect: Annotated[
         Optional[list[str]],
         typer.Option(
             metavar="KIND[:WHERE[:TERM]]=NUMBERS[@S]",
-            help="An effect that the aircraft file keeps quiet about (README); repeatable.",
+            help="Effect that is flown but not declared in the aircraft file (README); repeatable.",
             show_default=False,
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.")] = 0,
 ) -> None:
-    """Flies an aircraft with JSBSim: a log, the declared aircraft file, and the truth to compare with."""
+    """Simulates a flight with JSBSim: a log, the declared aircraft file, and the true parameters for comparison."""
     from aerosid.studies.jsbsim.command import companions, control_inputs, find_aircraft, flight_plan, write_flight
     from aerosid.studies.jsbsim.flight import fly_jsbsim
     from aerosid.studies.jsbsim.process import require_jsbsim

@@ -31,7 +31,7 @@ from aerosid.loop.report_date import today
 
 app = typer.Typer(
     name="aerosid",
-    help="Finds what an aircraft's declared flight-mechanics model lacks, from measured manoeuvres.",
+    help="Identifies the effects that an aircraft's declared flight-mechanics model lacks, from measured manoeuvres.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -146,7 +146,7 @@ def close_loop_command(
         typer.Option(
             "--validate",
             metavar="LOG",
-            help="A log, or LOG@FROM:TO, that is predicted, confirms and refutes; repeatable.",
+            help="Validation record, LOG or LOG@FROM:TO: predicted, not fitted; may refute effects; repeatable.",
             show_default=False,
         ),
     ] = None,
@@ -155,29 +155,29 @@ def close_loop_command(
         typer.Option(
             "--hold-out",
             metavar="LOG",
-            help="A log, or LOG@FROM:TO, that touches no decision; repeatable.",
+            help="Hold-out record, LOG or LOG@FROM:TO: predicted, used in no decision; repeatable.",
             show_default=False,
         ),
     ] = None,
     channels: ChannelsOption = None,
     out: Annotated[
         Optional[Path],
-        out_folder("Where files go; default reports/<log name>/.", show_default=False),
+        out_folder("Output folder; default reports/<log name>/.", show_default=False),
     ] = None,
     start: FromOption = None,
     stop: ToOption = None,
     find: Annotated[
-        bool, typer.Option("--find", help="Identify from the elevator manoeuvres that are found in each log.")
+        bool, typer.Option("--find", help="Identify from the elevator manoeuvres found in each log.")
     ] = False,
     method: Annotated[
         str,
         typer.Option(
-            help="What decides the structure: evidence (likelihood in calm air, equations elsewhere), likelihood, "
-            "equations, or iebmee, d(t) alone."
+            help="Method of structure determination: evidence (likelihood in calm air, equations elsewhere), "
+            "likelihood, equations, or iebmee (d(t) alone)."
         ),
     ] = "evidence",
     prefilter: Annotated[
-        str, typer.Option(help="Low-pass before the model-error estimator: zero-phase, causal or off.")
+        str, typer.Option(help="Low-pass filter before the model-error estimator: zero-phase, causal or off.")
     ] = "zero-phase",
     error_density: Annotated[
         Optional[str],
@@ -188,41 +188,47 @@ def close_loop_command(
             show_default=False,
         ),
     ] = None,
-    priors: Annotated[bool, typer.Option("--priors", help="Let the aircraft file's sigma enter the estimate.")] = False,
+    priors: Annotated[
+        bool, typer.Option("--priors", help="Use the aircraft file's sigma as prior in the estimate.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Seed of every random draw.", min=0)] = 0,
     static: Annotated[
-        bool, typer.Option("--static", help="Still figures only: report.html takes half a megabyte, not five.")
+        bool, typer.Option("--static", help="Static figures only: report.html of half a megabyte, not five.")
     ] = False,
     flight_phase: Annotated[
         Optional[str],
         typer.Option(
             "--flight-phase",
             metavar="A|B|C",
-            help="Category for the levels of MIL-F-8785C; else the aircraft file's, else B.",
+            help="Flight-phase category for the levels of MIL-F-8785C; default the aircraft file's, else B.",
             show_default=False,
         ),
     ] = None,
     aircraft_class: Annotated[
         Optional[str],
         typer.Option(
-            "--class", metavar="I|II|II-C|III|IV", help="Aircraft class for the same; else II.", show_default=False
+            "--class",
+            metavar="I|II|II-C|III|IV",
+            help="Aircraft class for MIL-F-8785C; default II.",
+            show_default=False,
         ),
     ] = None,
     no_next_flight: Annotated[
-        bool, typer.Option("--no-next-flight", help="Design no input for what is left to decide.")
+        bool, typer.Option("--no-next-flight", help="Do not design an input for the next flight.")
     ] = False,
     limit: Annotated[
         Optional[list[str]],
         typer.Option(
             "--limit",
             metavar="NAME=LOW:HIGH",
-            help="Of the next flight: alpha, n_z, V, theta, beta, phi, delta_e, delta_a, delta_r or a surface's "
+            help="Limit of the next flight: alpha, n_z, V, theta, beta, phi, delta_e, delta_a, delta_r or a surface's "
             "delta_e_rate, as in alpha=-2:12deg; repeatable.",
             show_default=False,
         ),
     ] = None,
     analyst: Annotated[
-        str, typer.Option("--analyst", metavar="NAME", help="Who signs, for the title block.", show_default=False)
+        str,
+        typer.Option("--analyst", metavar="NAME", help="Name of the analyst for the title block.", show_default=False),
     ] = "",
     remarks: Annotated[
         str, typer.Option("--remarks", metavar="TEXT", help="Remarks for the title block.", show_default=False)
@@ -231,7 +237,7 @@ def close_loop_command(
         bool, typer.Option("--strict", help="Exit code 1 unless the verdict is explained or nothing_missing.")
     ] = False,
 ) -> int:
-    """Finds what the declared model lacks, completes it, and reports the error before and after on every log."""
+    """Identifies the effects missing from the declared model, completes it, and reports the errors before and after."""
     from aerosid.cli.close_loop import loop_settings, provenance, read_roles, with_progress
 
     roled = read_roles(logs, validate or [], channels, start, stop, hold_out=hold_out or [], find=find)
@@ -289,7 +295,7 @@ def reproduce_command(
     out: Annotated[Path, out_folder()] = Path("reports/paper"),
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.", min=1)] = 200,
 ) -> None:
-    """Computes every table and figure of Parameswaran & Raol 1994 again, beside what the paper printed."""
+    """Recomputes every table and figure of Parameswaran & Raol 1994 for comparison with the printed ones."""
     from aerosid.file_set import require_folder
     from aerosid.studies.paper import write_reproduction
     from aerosid.studies.paper.console import print_reproduction, reproduce_with_progress
@@ -363,7 +369,7 @@ def check_aircraft(
         list[str], typer.Argument(metavar="FILE...", help="Aircraft files, or bundled names.", show_default=False)
     ],
 ) -> None:
-    """Shows what was understood of aircraft files, and warns of unusual numbers."""
+    """Prints aircraft files as they are read, and warns of unusual numbers."""
     from aerosid.aircraft import load_aircraft, warnings_about
     from aerosid.reporting.aircraft_tables import print_aircraft
 

@@ -58,7 +58,7 @@ def _writable_file(file: Path | None) -> Path | None:
     return file
 
 
-def out_folder(help: str = "Where files go.", *, show_default: bool = True) -> typer.models.OptionInfo:  # noqa: A002
+def out_folder(help: str = "Output folder.", *, show_default: bool = True) -> typer.models.OptionInfo:  # noqa: A002
     """The option --out of a verb that writes into a folder."""
     info: typer.models.OptionInfo = typer.Option(
         "--out", metavar="DIR", help=help, show_default=show_default, callback=_writable_folder
@@ -86,4 +86,4 @@ def console() -> Console:
         def on_broken_pipe(self) -> None:
             read_no_more()
 
-    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 140, quiet=mode().silent)
+    return PipeConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 180, quiet=mode().silent)

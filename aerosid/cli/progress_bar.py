@@ -72,7 +72,8 @@ def _lines(what: str) -> tuple[Announce, Tick]:
         elapsed = time.monotonic() - begun
         left = elapsed * (state["items"] - state["done"]) / max(state["done"] - state["first"], 1)
         sys.stderr.write(
-            f"aerosid: {what}, {state['done']} of {state['items']}; {elapsed:.0f} s passed, about {left:.0f} s left\n"
+            f"aerosid: {what}, {state['done']} of {state['items']}; {elapsed:.0f} s elapsed, "
+            f"about {left:.0f} s remaining\n"
         )
         sys.stderr.flush()
 

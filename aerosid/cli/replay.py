@@ -30,14 +30,14 @@ def replay_command(
     channels: ChannelsOption = None,
     out: Annotated[
         Optional[Path],
-        out_folder("Where files go; default reports/<log name>/.", show_default=False),
+        out_folder("Output folder; default reports/<log name>/.", show_default=False),
     ] = None,
-    step: Annotated[float, typer.Option(help="Seconds of flight from one frame to the next.")] = 0.25,
+    step: Annotated[float, typer.Option(help="Flight time between frames, s.")] = 0.25,
     speed: Annotated[
-        float, typer.Option(help="Times real time on a terminal; 0: as fast as it can be computed.")
+        float, typer.Option(help="Replay speed on a terminal, times real time; 0: as fast as computed.")
     ] = 4.0,
 ) -> None:
-    """Shows a flight as method iebmee would have seen it on board: derivatives, d(t) and the first names."""
+    """Replays a flight as identified on board by method iebmee: derivatives, d(t) and the identified terms."""
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import read_roles
     from aerosid.errors import UsageError
@@ -58,9 +58,9 @@ def replay_command(
     )
     output.print(replay_table(frames[-1]))
     for name in frames[-1].names:
-        output.print(f"{name.coefficient} {name.term} named at {name.time:.2f} s", markup=False)
+        output.print(f"{name.coefficient} {name.term} identified at {name.time:.2f} s", markup=False)
     if not frames[-1].names:
-        output.print("Nothing was named.")
+        output.print("No term was identified.")
     written("replay", files, lambda: headed("replay", {"files": list(map(str, files)), "last": asdict(frames[-1])}))
 
 
@@ -86,10 +86,10 @@ def replay_table(frame: Frame) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    named = ", ".join(f"{name.coefficient} {name.term}" for name in frame.names) or "nothing yet"
-    table = Table(title=Text(f"{frame.time:8.2f} s   named: {named}"), title_justify="left")
-    words = ("derivative", "candidate", "not named because")
-    for heading in ("derivative", "value", "± deviation", "candidate", "partial correlation", "p", words[-1]):
+    named = ", ".join(f"{name.coefficient} {name.term}" for name in frame.names) or "none yet"
+    table = Table(title=Text(f"{frame.time:8.2f} s   identified: {named}"), title_justify="left")
+    words = ("derivative", "candidate", "reason for rejection")
+    for heading in ("derivative", "value", "standard error", "candidate", "partial correlation", "p", words[-1]):
         table.add_column(heading, justify="left" if heading in words else "right")
     for n in range(max(len(frame.derivatives), len(frame.candidates))):
         left, right = [""] * 3, [""] * 4

@@ -9,15 +9,15 @@ from contextlib import contextmanager
 from typing import TextIO
 
 BEGUN: Mapping[str, tuple[float, float]] = {
-    "reading the logs into the flight model": (0.0, 0.0),
-    "comparing the instruments with each other": (0.0, 0.01),
+    "preparing the logs": (0.0, 0.0),
+    "checking data compatibility": (0.0, 0.01),
     "re-estimating the declared model": (0.04, 0.18),
-    "tracing the residual": (0.04, 0.22),
-    "regressing the coefficients": (0.25, 0.65),
-    "asking the model error d(t)": (0.32, 0.95),
-    "re-estimating beside what is not shown": (0.53, 0.97),
-    "simulating every log": (0.53, 0.98),
-    "leaving each effect out": (0.56, 0.98),
+    "determining the structure from the residual": (0.04, 0.22),
+    "estimating by equation error": (0.25, 0.65),
+    "cross-checking with the model error d(t)": (0.32, 0.95),
+    "re-estimating with insignificant derivatives fixed": (0.53, 0.97),
+    "simulating all logs": (0.53, 0.98),
+    "computing the error without each effect": (0.56, 0.98),
     "estimating the model error d(t)": (0.57, 0.98),
     "designing the next flight": (0.66, 0.99),
 }
@@ -27,11 +27,11 @@ and on 20 s of the Citation by the likelihood, 519 s. The search takes by far th
 so that only a range is honest. No method passes all stages; the last is the same."""
 
 LEAST_SHARE = 0.03
-"""Display: share, 1, of the whole time below which what has passed says nothing of what remains."""
+"""Display: share, 1, of the whole time below which the elapsed time gives no estimate of the remaining time."""
 
 
 def remaining(stage: str, elapsed: float) -> tuple[float, float] | None:
-    """Least and greatest time that remains, s, where a stage begins after so many s; None where nobody can know."""
+    """Least and greatest remaining time, s, where a stage begins after so many s; None where unknown."""
     low, high = BEGUN.get(stage, (0.0, 0.0))
     if low < LEAST_SHARE:
         return None
@@ -39,11 +39,11 @@ def remaining(stage: str, elapsed: float) -> tuple[float, float] | None:
 
 
 def in_words(remains: tuple[float, float] | None) -> str:
-    """A range of times as a person says it."""
+    """The remaining time in words."""
     if remains is None:
-        return "how long it takes shows later"
+        return "estimating remaining time"
     low, high = (_duration(seconds) for seconds in remains)
-    return f"about {low} left" if low == high else f"{low} to {high} left"
+    return f"about {low} remaining" if low == high else f"{low} to {high} remaining"
 
 
 def _duration(seconds: float) -> str:
@@ -52,7 +52,7 @@ def _duration(seconds: float) -> str:
 
 @contextmanager
 def stages(stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
-    """A function to be told each stage as it begins.
+    """A function that reports each stage as it begins.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def stages(stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
             elapsed = time.monotonic() - begun
             left = in_words(remaining(stage, elapsed))
             number = f"{place[stage]} of {len(BEGUN)}, " if stage in place else ""
-            stream.write(f"aerosid: {number}{stage}; {_duration(elapsed)} passed, {left}\n")
+            stream.write(f"aerosid: {number}{stage}; {_duration(elapsed)} elapsed, {left}\n")
             stream.flush()
 
         yield line

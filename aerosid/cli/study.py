@@ -40,16 +40,25 @@ def study_command(
             "steps as in 0.8@1,0.6@-1 (s at a level); or a log, or next_input.csv, whose delta_e is flown.",
         ),
     ] = None,
-    amplitude: Annotated[Number, _option("--amplitude", unit="rad", help="Of the input, rad; default 0.06.")] = None,
+    amplitude: Annotated[
+        Number, _option("--amplitude", unit="rad", help="Amplitude of the input, rad; default 0.06.")
+    ] = None,
     unit: Annotated[
         Number,
-        _option("--unit", unit="s", help="s: half a doublet, the 1 of a 3211, half the shortest period of a sweep."),
+        _option(
+            "--unit",
+            unit="s",
+            help="Unit time, s: half a doublet, the 1 of a 3211, half the shortest period of a sweep.",
+        ),
     ] = None,
-    snr: Annotated[Text, _option("--snr", help="As in inf,50,20,10,5 (default); `recorded` with --base.")] = None,
+    snr: Annotated[
+        Text, _option("--snr", help="Signal-to-noise ratios, as in inf,50,20,10,5 (default); `recorded` with --base.")
+    ] = None,
     noise_colour: Annotated[
-        Text, _option("--noise-colour", metavar="RHO,...", help="AR(1) memory of the noise; 0, the default, is white.")
+        Text,
+        _option("--noise-colour", metavar="RHO,...", help="AR(1) coefficient of the noise; 0, the default, is white."),
     ] = None,
-    runs: Annotated[Count, _option("--runs", help="At each level; default 1000.")] = None,
+    runs: Annotated[Count, _option("--runs", help="Runs at each level; default 1000.")] = None,
     effect: Annotated[
         list[str] | None,
         _option(
@@ -59,14 +68,15 @@ def study_command(
         ),
     ] = None,
     catalogue: Annotated[
-        Text, _option("--catalogue", help="What may be named: known (nothing), terms or all; default terms.")
+        Text, _option("--catalogue", help="Candidate effects: known (none), terms or all; default terms.")
     ] = None,
     base: Annotated[
-        Path | None, _option("--base", metavar="LOG", help="Fly this log's inputs, and draw its residuals again.")
+        Path | None,
+        _option("--base", metavar="LOG", help="Fly this log's inputs, with noise resampled from its residuals."),
     ] = None,
     channels: ChannelsOption = None,
     validate: Annotated[
-        Text, _option("--validate", metavar="INPUT|LOG", help="What is only predicted; default 3211.")
+        Text, _option("--validate", metavar="INPUT|LOG", help="Input or log of the validation flight; default 3211.")
     ] = None,
     measure: Annotated[
         Text,
@@ -76,19 +86,23 @@ def study_command(
         ),
     ] = None,
     elevator_noise: Annotated[
-        Number, _option("--elevator-noise", unit="rad", help="rad per sample; default 0.0002.")
+        Number, _option("--elevator-noise", unit="rad", help="Elevator noise, rad per sample; default 0.0002.")
     ] = None,
-    airspeed: Annotated[Number, _option("--airspeed", unit="m/s", help="m/s; default the aircraft file's.")] = None,
-    density: Annotated[Number, _option("--density", unit="kg/m^3", help="kg/m^3; default the aircraft file's.")] = None,
-    samples: Annotated[Count, _option("--samples", help="Default 470.")] = None,
-    interval: Annotated[Number, _option("--interval", unit="s", help="s; default 0.03.")] = None,
-    preset: Annotated[Text, _option("--preset", help="Begin from a ready-made study: accuracy or structure.")] = None,
-    seed: Annotated[Count, _option("--seed", help="Of every draw; default 0.")] = None,
+    airspeed: Annotated[
+        Number, _option("--airspeed", unit="m/s", help="Airspeed, m/s; default the aircraft file's.")
+    ] = None,
+    density: Annotated[
+        Number, _option("--density", unit="kg/m^3", help="Density, kg/m^3; default the aircraft file's.")
+    ] = None,
+    samples: Annotated[Count, _option("--samples", help="Number of samples; default 470.")] = None,
+    interval: Annotated[Number, _option("--interval", unit="s", help="Sampling interval, s; default 0.03.")] = None,
+    preset: Annotated[Text, _option("--preset", help="Settings of a ready-made study: accuracy or structure.")] = None,
+    seed: Annotated[Count, _option("--seed", help="Seed of every random draw; default 0.")] = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
     out: Annotated[Path, out_folder()] = Path("reports/study"),
 ) -> None:
-    """Flies the aircraft many times with noise: errors against their bound, true coverage, detection, prediction."""
+    """Monte Carlo study of simulated flights: errors against their bound, true coverage, detection, prediction."""
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.file_set import require_folder
     from aerosid.studies.monte_carlo import run_study, write_study

@@ -13,7 +13,7 @@ from aerosid.errors import UsageError
 def warm_up_command(
     workers: WorkersOption = None,
 ) -> None:
-    """Compiles the numerical kernels ahead, over all cores: once for this user, Python, numba and processor."""
+    """Compiles the numerical kernels in advance on all cores: once for this user, Python, numba and processor."""
     from aerosid.compiled.user_folder import user_folder
     from aerosid.loop.warm_up import TASKS, prepare_kernels
 

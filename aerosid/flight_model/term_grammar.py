@@ -227,7 +227,7 @@ def _check_variable(text: str, name: str) -> None:
         raise _wrong(text, f"'{name}' cannot stand inside brackets")
     if name in _ANSWERS:
         instead = _INSTEAD.get(name, "use alpha, q_hat, V_hat or an input channel")
-        raise _wrong(text, f"{name} is what a simulation answers and cannot drive a term; {instead}")
+        raise _wrong(text, f"{name} is an output of the simulation and cannot be used in a term; {instead}")
 
 
 def _offset(text: str, token: str) -> float:

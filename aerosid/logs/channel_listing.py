@@ -194,7 +194,7 @@ def _seconds(clock: Clock, origin: int) -> FloatArray:
 def _listed_stream(stream: Stream, clock: Clock | None, origin: int, settings: StampSettings) -> ListedStream:
     samples = next(iter(stream.columns.values())).load().shape[0] if clock is None and stream.columns else 0
     if clock is None:
-        return ListedStream(stream.label, "", samples, None, None, None, (), "it names no column of time")
+        return ListedStream(stream.label, "", samples, None, None, None, (), "it has no time column")
     problem = unusable(clock)
     if problem is not None:
         return ListedStream(stream.label, clock.name, clock.ticks.size, None, None, None, (), problem)
@@ -253,7 +253,7 @@ def sparkline(values: FloatArray, width: int = _SPARKS) -> str:
 def _span_notes(
     clocks: list[Clock], streams: tuple[ListedStream, ...], origin: int, settings: StampSettings
 ) -> list[str]:
-    """How long the recording is, what stands outside it, and streams that cover less of it."""
+    """Duration of the recording, messages outside it, and streams that cover less of it."""
     span = flight_span([_seconds(clock, origin) for clock in clocks], settings)
     if span is None:
         return []
@@ -261,9 +261,9 @@ def _span_notes(
     start, stop = _common_span(within, span)
     outside = []
     if span.after:
-        outside.append(f"{span.after} message{'s stand' if span.after > 1 else ' stands'} after it")
+        outside.append(f"{span.after} message{'s are' if span.after > 1 else ' is'} after it")
     if span.before:
-        outside.append(f"{span.before} long before it" if outside else f"{span.before} messages stand long before it")
+        outside.append(f"{span.before} long before it" if outside else f"{span.before} messages are long before it")
     notes = [
         "; ".join([f"the recording lasts {stop - start:.3g} s, from {start:.6g} to {stop:.6g} s", ", ".join(outside)])
         if outside
@@ -302,7 +302,7 @@ def _restart_notes(recording: Recording) -> list[str]:
     runs = 1 + max(map(len, begun.values()))
     named = [f"{label} at sample {', '.join(map(str, at))}" for label, at in begun.items()]
     more = f" and {len(named) - _NAMED} streams more" if len(named) > _NAMED else ""
-    return [f"the recorder began anew within the file ({runs} runs): {', '.join(named[:_NAMED])}{more}"]
+    return [f"the recorder restarted within the file ({runs} runs): {', '.join(named[:_NAMED])}{more}"]
 
 
 def _stream_notes(stream: Stream, listed: ListedStream, clock: Clock | None) -> list[str]:

@@ -103,7 +103,7 @@ def propose_map(recording: Recording, path: str, settings: ProposalSettings | No
 
 
 def _level_flight(recording: Recording, channels: dict[str, ProposedChannel], settings: ProposalSettings) -> str:
-    """A line on what the vertical acceleration's mean in level flight says of its convention, to be confirmed."""
+    """A line on the convention of the vertical acceleration by its mean in level flight, to be confirmed."""
     if "a_z" not in channels:
         return ""
     mapped = channels["a_z"]
@@ -114,7 +114,7 @@ def _level_flight(recording: Recording, channels: dict[str, ProposedChannel], se
     judge_load_factor(raw, log, settings)
     found = raw["a_z"]
     agrees = (found.sign, found.offset) == (mapped.sign, mapped.offset)
-    word = "confirm it" if agrees else "THE MAP BELOW SAYS OTHERWISE, correct it"
+    word = "confirm it" if agrees else "THE MAP BELOW DIFFERS, correct it"
     return f"# {mapped.column}: {'; '.join(found.reasons)}: {word}.\n"
 
 
@@ -247,7 +247,9 @@ def _toml(form: str, time: tuple[str, str] | None, channels: dict[str, ProposedC
         lines.append(f"time = {{ column = {_quoted(time[0])}, unit = {_quoted(time[1])} }}")
     lines += ["", "[channels]"]
     if not channels:
-        lines.append('# no name tells what a column is; say it as in  alpha = { column = "its name", unit = "deg" }')
+        lines.append(
+            '# no column was recognised by its name; map it as in  alpha = { column = "its name", unit = "deg" }'
+        )
     lines += [_line(name, proposed) for name, proposed in channels.items()]
     return "\n".join(lines) + "\n"
 

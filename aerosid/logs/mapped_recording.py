@@ -291,7 +291,7 @@ def _longest_boot(channels: list[MappedChannel], notes: list[str]) -> int | None
     ]
     others = ", ".join(span for k, span in enumerate(spans) if k != longest)
     notes.append(
-        f"the clock begins anew within the file: {counts.size} runs, the longest ({spans[longest]}) is used; the "
+        f"the clock restarts within the file: {counts.size} runs, the longest ({spans[longest]}) is used; the "
         f"others ({others}) overlap it in time and are left out"
     )
     return longest
@@ -316,7 +316,7 @@ def _order(channel: MappedChannel, boot: int | None, notes: list[str]) -> None:
         apart, note = spread_repeats(channel.time)
         if note is None:
             keep = np.concatenate([[True], np.diff(channel.time) > 0.0])
-            note = f"{int(np.count_nonzero(~keep))} samples repeat a stamp, the first of each is kept"
+            note = f"{int(np.count_nonzero(~keep))} samples repeat a stamp, the first of each is used"
             apart, channel.values = channel.time[keep], channel.values[keep]
         channel.time = apart
         notes.append(f"{channel.name}: {note}")
@@ -334,7 +334,7 @@ def _trim_strays(recording: Recording, channels: list[MappedChannel], origin: in
     if span is None or not (span.before or span.after):
         return
     length = f"{span.stop - span.start:.3g} s"
-    notes.append(f"the recording lasts {length}; {span.after} messages stand after it, {span.before} long before it")
+    notes.append(f"the recording lasts {length}; {span.after} messages are after it, {span.before} long before it")
     for channel in channels:
         inside = (channel.time >= span.start - abs(channel.entry.delay)) & (
             channel.time <= span.stop + abs(channel.entry.delay)

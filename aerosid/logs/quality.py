@@ -21,7 +21,7 @@ HELPFUL = ("theta", "a_x", "a_z")
 
 
 class Problem(enum.Enum):
-    """What can be wrong with a log, each as a sentence that a user can act on."""
+    """Problems of a log, each as a sentence with the remedy."""
 
     LACKING = "close-loop needs this channel: add the column, or map it in a channel map"
     NO_CONTROL = "no control surface (delta_e ...) is in the log: add the column, or map it in a channel map"
@@ -29,28 +29,28 @@ class Problem(enum.Enum):
         "no control surface moves by more than its noise: fly a doublet or a 3-2-1-1, or choose another span"
     )
     EMPTY = "every sample is missing: correct the channel map or leave the channel out"
-    HELPFUL = "not recorded: close-loop works without it, and attributes effects less surely"
+    HELPFUL = "not recorded: close-loop works without it, but attributes effects less reliably"
     GAPS = "the recording has gaps: the simulation runs through them, but choose a span without where you can"
     UNEVEN = "the sampling is uneven: it is used as it is, nothing is resampled"
     MISSING = "samples are missing: they are skipped"
-    SPIKES = "single samples stand far off both neighbours: leave these fields empty if they are no motion"
-    STUCK = "the channel stands still while others move: check the sensor, or leave the channel out"
+    SPIKES = "single samples differ strongly from both neighbours: leave these fields empty if they are not motion"
+    STUCK = "the channel is constant while others move: check the sensor, or leave the channel out"
     CONSTANT = "the channel never changes: check the sensor, or leave the channel out"
-    SATURATED = "the channel is cut at its own extreme: check the sensor's range, or leave the channel out"
-    COARSE = "the resolution is coarser than the noise: small effects drown in the steps"
+    SATURATED = "the channel is clipped at its extreme: check the sensor's range, or leave the channel out"
+    COARSE = "the resolution is coarser than the noise: small effects are lost in the quantisation"
     NOISE_UNKNOWN = (
-        "the noise cannot be estimated, and numbers in 'times the noise' say nothing: give `noise = ` or "
+        "the noise cannot be estimated, and multiples of the noise are meaningless: give `noise = ` or "
         "`resolution = ` in the channel map or the aircraft file"
     )
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
-    LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, the equations use them"
+    LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, for the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
-    DEGREES = "no aircraft turns so far: it is in degrees and read as radians, correct its unit"
+    DEGREES = "the value is too large for an aircraft: it is in degrees and read as radians, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
     CONTROL_SIGN = (
-        "q rises where delta_e does, but positive is trailing edge down: correct one of the signs in a channel map"
+        "q increases with delta_e, but positive is trailing edge down: correct one of the signs in a channel map"
     )
-    LOAD_FACTOR = "a_z is not about -9.81 m/s^2 on the mean: check its unit, sign and offset (specific force, z down)"
+    LOAD_FACTOR = "the mean of a_z is not about -9.81 m/s^2: check its unit, sign and offset (specific force, z down)"
 
 
 _BLOCKING = frozenset({Problem.DEGREES, Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
@@ -256,7 +256,7 @@ def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], un
         detail = f"{len(gaps)} of more than {QUALITY.gap:g} intervals, the longest {longest}"
         findings.append(Finding(Problem.GAPS, "time", detail))
     if unevenness > QUALITY.uneven:
-        detail = f"intervals of {log.interval:.4g} s spread by {100.0 * unevenness:.3g} %"
+        detail = f"intervals of {log.interval:.4g} s scatter by {100.0 * unevenness:.3g} %"
         findings.append(Finding(Problem.UNEVEN, "time", detail))
     return findings
 

@@ -138,7 +138,7 @@ def onto_one_raster(
         late, early = max(leading, key=lambda t: t.time[0]), min(leading, key=lambda t: t.time[-1])
         raise LogError(
             f"{label}: channel {late.name} begins at {late.time[0]:.6g} s, after {early.name} ends at "
-            f"{early.time[-1]:.6g} s, so that nothing is left in common; map channels of one stretch, or align clocks."
+            f"{early.time[-1]:.6g} s, so that they do not overlap; map channels of one stretch, or align clocks."
         )
     base = _base(leading, raster, label)
     interval = 1.0 / base if isinstance(base, float) else median_step(base.time)
@@ -280,14 +280,14 @@ def _drives(name: str) -> bool:
 
 def _raster_notes(base: Track | float, interval: float, tracks: list[Track], settings: RasterSettings) -> list[str]:
     rate = 1.0 / interval
-    source = f"the stamps of {base.name}" if isinstance(base, Track) else "as the map says"
+    source = f"the stamps of {base.name}" if isinstance(base, Track) else "as set in the map"
     same = isinstance(base, Track) and all(
         track.time.size == base.time.size and np.array_equal(track.time, base.time) for track in tracks
     )
     notes = [] if same else [f"raster: {rate:.4g} Hz, {source}"]
     if rate < settings.too_slow:
         notes.append(
-            f"sampled at {rate:.3g} Hz: too slow to show an aircraft's motion, which needs {settings.too_slow:g} Hz"
+            f"sampled at {rate:.3g} Hz: too slow for an aircraft's motion, which needs {settings.too_slow:g} Hz"
         )
     for track in () if same else tracks:
         note = _brought_note(track, base, interval, settings)
@@ -304,7 +304,7 @@ def _faster_note(base: Track | float, leading: list[Track], settings: RasterSett
     slowest, following = 1.0 / median_step(base.time), min(1.0 / median_step(track.time) for track in motion)
     if following < settings.finest * slowest:
         return []
-    return [f"{base.name} alone is so slow: `raster = {following:.2g}`, the rate of the next one, keeps what is faster"]
+    return [f"{base.name} alone is this slow: `raster = {following:.2g}`, the next rate, keeps higher frequencies"]
 
 
 def _brought_note(track: Track, base: Track | float, interval: float, settings: RasterSettings) -> str:

@@ -282,7 +282,7 @@ def hole_notes(
     count = "1 hole" if len(cuts) == 1 else f"{len(cuts)} holes"
     left = "1 segment" if segments == 1 else f"{segments} segments"
     sentence = (
-        f"{count} (steps of more than {settings.hole:g} medians, or the recorder's own mark) in the record, nothing is "
-        f"bridged: {named}{more}; {left} of {fewest} samples or more"
+        f"{count} (steps of more than {settings.hole:g} medians, or the recorder's own mark) in the record, none "
+        f"is interpolated: {named}{more}; {left} of {fewest} samples or more"
     )
     return [sentence]

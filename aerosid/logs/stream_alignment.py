@@ -81,8 +81,8 @@ def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Pla
         fit = fit_clocks(*_finite(fixed), *_finite(moved))
         if fit is None:
             raise LogError(
-                f"{place.log}: {name} and {reference} do not show the same signal, so their clocks cannot be laid over "
-                "each other; remove the pair from [align]."
+                f"{place.log}: {name} and {reference} do not contain the same signal, so their clocks cannot be "
+                "aligned; remove the pair from [align]."
             )
         notes.append(f"{_fit_note(name, reference, fit)}; both are taken out")
         for channel in channels:

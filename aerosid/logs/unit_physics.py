@@ -116,7 +116,7 @@ def _judge_angles(channels: dict[str, ProposedChannel], log: FlightLog, settings
         return
     if slope < 0.0:
         channels["q"].sign, channels["q"].asked = -1, True
-        channels["q"].reasons.append(f"theta' = {slope:.3g} q: one of the two is turned, q by this proposal")
+        channels["q"].reasons.append(f"theta' = {slope:.3g} q: one of the two has the wrong sign, q in this proposal")
     size = float(np.nanmax(np.abs(log["theta"])))
     for angle, rate, expected in _PAIRS:
         like = abs(abs(slope) / expected - 1.0) < 2.0 * settings.likeness
@@ -211,6 +211,6 @@ def _judge_elevator(channels: dict[str, ProposedChannel], log: FlightLog, settin
     if answer is None or abs(answer) < settings.right_answer:
         return
     answer *= channels["q"].sign
-    channels["delta_e"].reasons.append(f"pitch acceleration answers with a correlation of {answer:.2g}")
+    channels["delta_e"].reasons.append(f"pitch acceleration responds with a correlation of {answer:.2g}")
     if answer > 0.0:
         channels["delta_e"].sign, channels["delta_e"].asked = -1, True

@@ -16,14 +16,14 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.blas_threads import one_blas_thread
 from aerosid.loop.completed_aircraft import complete_aircraft, completion_record
 from aerosid.loop.contradicted_recording import contradicted_loop
-from aerosid.loop.declared_patterns import told_of_patterns
-from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, told_of_not_shown
+from aerosid.loop.declared_patterns import notes_on_patterns
+from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, notes_on_insignificant_derivatives
 from aerosid.loop.effect_rows import alternative_rows, effect_rows, with_correlations
 from aerosid.loop.flying_qualities.carried_deviations import TermCovariance
 from aerosid.loop.flying_qualities.linear_analysis import LinearRow, analyse_models, requirement_for
 from aerosid.loop.flying_qualities.mil_f_8785c import Requirement
 from aerosid.loop.identification import Identification, identify
-from aerosid.loop.kept_derivatives import Completion, keep_declared, told_of_breakdown
+from aerosid.loop.insignificant_derivatives import Completion, fix_insignificant, note_on_failed_re_estimation
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.model_validation.leave_one_out import Gains, prediction_gains
@@ -36,8 +36,15 @@ from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES, Role, named_apart, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
-from aerosid.loop.unseen_sideslip import told_of_missing_chain
-from aerosid.loop.verdict import Verdict, judge, summarise, told_of_colour, told_of_decisions, told_of_refuted
+from aerosid.loop.unmeasured_sideslip import note_on_missing_chain
+from aerosid.loop.verdict import (
+    Verdict,
+    judge,
+    notes_on_coloured_noise,
+    notes_on_refuted,
+    summarise,
+    validation_decisions,
+)
 from aerosid.model_error.paper_chain import Chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import note_on_confirmed
@@ -46,7 +53,7 @@ from aerosid.search.indistinguishable_terms import note_on_indistinguishable_ter
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import note_on_suggested
 
-Told = Callable[[ClosedLoop], None]
+ResultCallback = Callable[[ClosedLoop], None]
 
 
 @one_blas_thread()
@@ -56,28 +63,28 @@ def close_loop(
     validation: Sequence[FlightLog] = (),
     settings: LoopSettings = USUAL,
     progress: Progress = lambda _stage: None,
-    judged: Told = lambda _result: None,
+    judged: ResultCallback = lambda _result: None,
     *,
     hold_out: Sequence[FlightLog] = (),
     provenance: Provenance = NOBODY,
 ) -> ClosedLoop:
-    """Identify what the declared model lacks, complete it, and compare simulation errors before and after on every log.
+    """Identify the missing effects, complete the model, and compare simulation errors before and after on every log.
 
     Parameters
     ----------
     identification : sequence of FlightLog
-        Manoeuvres to fit, one joint estimate; at least one. Logs of one name are told apart by folder, span or number.
+        Manoeuvres to fit, one joint estimate; at least one. Logs of one name are renamed by folder, span or number.
     aircraft : Aircraft
         The declared model.
     validation : sequence of FlightLog
-        Manoeuvres that are predicted, and have a say in what is named: they confirm and refute.
+        Manoeuvres that are predicted and may confirm or refute effects.
     progress : callable
-        Told the name of each stage as it begins.
+        Called with the name of each stage as it begins.
     judged : callable
         Given verdict, findings and errors as soon as they are known: the result that is returned, yet without d(t),
         the paper's chain, linear models and the next flight, none of which changes them.
     hold_out : sequence of FlightLog
-        Manoeuvres that are predicted by the completed model and touch no decision.
+        Manoeuvres that are predicted by the completed model and used in no decision.
     provenance : Provenance
         Command line, analyst and remarks for the report; the day and the settings are filled in.
 
@@ -102,15 +109,15 @@ def close_loop(
         judged(contradicted)
         return contradicted
     verdict = judge(identified.found, identified.manoeuvres, identified.validation)
-    progress("re-estimating beside what is not shown")
+    progress("re-estimating with insignificant derivatives fixed")
     excited = verdict is not Verdict.NOT_EXCITED
-    completion = keep_declared(identified.found, identified.aircraft, identified.search, excited=excited)
+    completion = fix_insignificant(identified.found, identified.aircraft, identified.search, excited=excited)
     known = _Judged(identified, identified.found, identified.search, verdict, completion)
     result = _judged(known, settings, progress, signed)
-    # Begun before the second opinion is waited for, which a core would otherwise be idle beside; and so is d(t).
+    # Started before waiting for the second opinion, since a core would be idle otherwise; and so is d(t).
     consequences = begun(lambda: _consequences(result, known, requirement, settings))
     pictures: ModelErrorPictures | None = None
-    waits = identified.asking is not None and allowed() > 1
+    waits = identified.pending_opinion is not None and allowed() > 1
     if waits:
         pictures = _pictures(known, settings, progress)
     result = replace(result, second_opinion=identified.second_opinion)
@@ -140,23 +147,23 @@ class _Judged:
     def rows(self, chain: Chain | None) -> tuple[DerivativeRow, ...]:
         """The derivative table, with the estimates of recursive least squares where they are known."""
         scattered = scatter(self.found.completed, self.identified.manoeuvres)
-        completed, kept = self.completion.found, self.completion.kept
-        return derivative_rows(self.identified.aircraft, self.found, completed, chain, scattered, kept)
+        completed, fixed = self.completion.found, self.completion.fixed
+        return derivative_rows(self.identified.aircraft, self.found, completed, chain, scattered, fixed)
 
 
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
-    """Verdict, findings and simulation errors before and after on every log: shown first, with a second opinion."""
+    """Verdict, findings and simulation errors before and after on every log, shown first."""
     identified, completed, aircraft = known.identified, known.completion.found, known.identified.aircraft
-    progress("simulating every log")
+    progress("simulating all logs")
     simulated, errors, coefficients = compare(identified.declared, completed, aircraft, *known.flights.values())
-    # A regression tells its own shares: it knows where the sensors are and in which band the motion is.
+    # A regression gives its own R^2: it knows the sensor positions and the frequency band of the motion.
     shares = {(row.log, row.coefficient): row for row in completed.r_squared}
     measured = {(row.log, row.coefficient) for row in coefficients}
-    progress("leaving each effect out")
+    progress("computing the error without each effect")
     effects = effect_rows(completed, {}, *_gains(known))
     rows = known.rows(None)
-    said = summarise(known.verdict, effects, tuple(errors))
-    patterns = () if known.verdict is Verdict.NOT_EXCITED else told_of_patterns(rows, errors, aircraft)
+    summary = summarise(known.verdict, effects, tuple(errors))
+    patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft)
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
@@ -165,7 +172,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         identification=tuple(manoeuvre.log for manoeuvre in identified.manoeuvres),
         validation=tuple(manoeuvre.log for manoeuvre in identified.validation),
         verdict=known.verdict,
-        summary=" ".join((said, *patterns)),
+        summary=" ".join((summary, *patterns)),
         effects=effects,
         alternatives=alternative_rows(completed),
         derivatives=rows,
@@ -184,7 +191,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         correlation=correlation_matrix(known.found.completed, known.found.completed_deviations),
         kinematics=identified.agreement,
         hold_out=tuple(manoeuvre.log for manoeuvre in known.identified.hold_out),
-        decided_by_validation=told_of_decisions(completed) if identified.validation else (),
+        decided_by_validation=validation_decisions(completed) if identified.validation else (),
         provenance=provenance,
         settings=settings,
         decided_by=known.identified.decided_by,
@@ -202,7 +209,7 @@ def _gains(known: _Judged) -> tuple[Gains, Gains]:
 
 @dataclass(frozen=True)
 class _Consequences:
-    """What follows from the completed model and changes nothing of it; `unlinearised`: a note for each lacking trim."""
+    """Results that follow from the completed model; `unlinearised`: a note for each model without a trim."""
 
     linear: tuple[LinearRow, ...]
     unlinearised: tuple[str, ...]
@@ -213,7 +220,7 @@ class _Consequences:
 def _consequences(
     result: ClosedLoop, known: _Judged, requirement: Requirement, settings: LoopSettings
 ) -> _Consequences:
-    """Linear models, predictions ahead and the next flight, none of which asks the model error d(t)."""
+    """Linear models, predictions ahead and the next flight, none of which uses the model error d(t)."""
     identified, aircraft = known.identified, result.aircraft
     linear, unlinearised = _linear(known, aircraft, requirement, settings)
     flown = [manoeuvre for those in known.flights.values() for manoeuvre in those]
@@ -282,7 +289,7 @@ def _linear(
     if not settings.linear_analysis:
         return (), ()
     model, free = judged.completion.found.completed.model, judged.found.completed.free
-    # Of the estimate where all are free: that a derivative is held at its declared value makes it no better known.
+    # Of the estimate with all free: fixing a derivative at its declared value does not reduce its uncertainty.
     places = [n for n, entry in enumerate(free) if entry in model.entries]
     covariance = judged.found.completed_deviations.covariance[np.ix_(places, places)]
     uncertainty = TermCovariance(tuple(free[n] for n in places), covariance)
@@ -302,18 +309,18 @@ def _notes(
     others = identified.validation
     return (
         *_read(identified.manoeuvres, (*others, *identified.hold_out)),
-        *(told_of_missing_chain(identified.manoeuvres) if pictures is None and settings.paper_chain else ()),
+        *(note_on_missing_chain(identified.manoeuvres) if pictures is None and settings.paper_chain else ()),
         *identified.notes,
         *((identified.second_opinion.sentence,) if identified.second_opinion is not None else ()),
-        *told_of_refuted(found.refuted, by_blocks=not others),
+        *notes_on_refuted(found.refuted, by_blocks=not others),
         *note_on_indistinguishable_terms(identified.rivals),
         *note_on_eliminated(found, settings.attribution.final_deviations),
         *note_on_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others], found.findings),
         *note_on_suggested(found.suggested),
-        *told_of_colour(coloured_noise(found.completed, identified.manoeuvres)),
-        *told_of_breakdown(judged.completion),
+        *notes_on_coloured_noise(coloured_noise(found.completed, identified.manoeuvres)),
+        *note_on_failed_re_estimation(judged.completion),
         *unlinearised,
-        *told_of_not_shown(rows),
+        *notes_on_insignificant_derivatives(rows),
     )
 
 

@@ -15,7 +15,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.effects_in_flight import in_acting_order
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.kept_derivatives import Completion
+from aerosid.loop.insignificant_derivatives import Completion
 from aerosid.loop.provenance import Provenance
 from aerosid.loop.roles import Role
 from aerosid.loop.verdict import Verdict
@@ -32,18 +32,18 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
     aircraft : Aircraft
         As given.
     completion : Completion
-        What is missing, and what keeps its declared value.
+        Missing effects, and derivatives fixed at declared values.
     logs : int
-        How many identification logs there were: with more than one a sudden change says on which it happened.
+        Number of identification logs: with more than one a step change is written with its log.
     record : CompletionRecord
-        What made the numbers.
+        Origin of the numbers.
     """
     found = completion.found
     completed, uncertainty = found.completed, found.completed_deviations
     values = {
         (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(uncertainty.corrected[n])))
         for n, (coefficient, term) in enumerate(completed.free)
-        if (coefficient, term) not in completion.kept
+        if (coefficient, term) not in completion.fixed
     }
     effects = [
         DeclaredEffect(
@@ -81,7 +81,7 @@ def completion_record(
     provenance: Provenance,
     not_shown: Sequence[tuple[str, Any]] = (),
 ) -> CompletionRecord:
-    """What the completed file says of its origin: names without folders, so that it may leave the house."""
+    """Origin for the completed file: names without folders, so that it may be passed on."""
     return CompletionRecord(
         program=f"aerosid {aerosid.__version__}",
         date=provenance.date,

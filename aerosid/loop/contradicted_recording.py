@@ -52,7 +52,7 @@ def contradicted_loop(
         identification=tuple(m.log for m in manoeuvres),
         validation=tuple(m.log for m in identified.validation),
         verdict=Verdict.INCONSISTENT_DATA,
-        summary=f"{agreement.sentence} The aerodynamics are not judged.",
+        summary=f"{agreement.sentence} The aerodynamics were not identified.",
         effects=(),
         alternatives=(),
         derivatives=tuple(

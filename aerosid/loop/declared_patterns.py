@@ -1,8 +1,8 @@
-"""Patterns between declared and estimated derivatives that tell an error of a file from aerodynamics.
+"""Patterns between declared and estimated derivatives that indicate an error of a file and not aerodynamics.
 
 A wrong mass, wing area or density scales all of C_Z and C_X by one factor, a wrong moment of inertia or chord all of
-C_m; a derivative per degree is 57.3 times off, one per q c/V 2 times; a sign convention turns a sign, and so does an
-accelerometer far from where the file has it.
+C_m; a derivative per degree is off by a factor of 57.3, one per q c/V by 2; a sign convention reverses a sign, and so
+does an accelerometer far from its declared position.
 """
 
 from __future__ import annotations
@@ -19,35 +19,35 @@ from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import number
 
-__all__ = ["PatternSettings", "told_of_patterns"]
+__all__ = ["PatternSettings", "notes_on_patterns"]
 
 
 @dataclass(frozen=True)
 class PatternSettings:
-    """From which on a pattern is said.
+    """Thresholds from which a pattern is reported.
 
     Attributes
     ----------
     many : float
-        Times the declared value, or part of it, from which on a single derivative is said. Derivatives of one
+        Times the declared value, or part of it, from which a single derivative is reported. Derivatives of one
         configuration differ by less than a factor of 3 between sources (Roskam, Airplane Flight Dynamics, appendix B).
     deviations : float
         Of its own, by which a number must differ from what it is compared with.
     near : float
-        Relative distance from 180/pi, or from 2, at which a unit is asked after.
+        Relative distance from 180/pi, or from 2, at which a unit is questioned.
     near_half : float
-        Relative distance from 2 or 1/2 at which q c/V is asked after, where its standard error is sharper.
+        Relative distance from 2 or 1/2 at which q c/V is questioned, where its standard error is small enough.
     sharp : float
-        Largest standard error of a factor, relative to 2 or 1/2, with which q c/V is asked after: a vaguer one is near
-        either by chance. Chosen: a fifth of the way from 1 to 1/2.
+        Largest standard error of a factor, relative to 2 or 1/2, with which q c/V is questioned: a less certain one is
+        near either by chance. Chosen: a fifth of the way from 1 to 1/2.
     apart : float
         Relative scatter of factors that still are one.
     common : float
-        Relative distance from 1 at which a common factor is said.
+        Relative distance from 1 at which a common factor is reported.
     fewest : int
         Derivatives that must share it; constants do not count, they hold trim and instrument zeros.
     worse : float
-        Times the error before, from which on the completed model follows its own data worse.
+        Times the error before, from which the completed model fits its own data worse.
     """
 
     many: float = 5.0
@@ -74,7 +74,7 @@ LIFTING = ("C_Z", "C_L")
 """Coefficients that the vertical accelerometer shows: along body z, and against it as near as small angles tell."""
 
 
-def told_of_patterns(
+def notes_on_patterns(
     rows: Sequence[DerivativeRow],
     errors: Sequence[ErrorRow],
     aircraft: Aircraft | None = None,
@@ -85,27 +85,27 @@ def told_of_patterns(
     Parameters
     ----------
     rows : sequence of DerivativeRow
-        The derivatives; those that the record does not show are not asked.
+        The derivatives; insignificant ones are not tested.
     errors : sequence of ErrorRow
         Of the logs that were fitted and others.
     aircraft : Aircraft, optional
-        Whose derivatives they are, to tell where an accelerometer would have to be.
+        Whose derivatives they are, for the position of the accelerometer.
     """
-    asked = [row for row in rows if _known(row)]
-    common = _common_factors(asked, settings)
+    tested = [row for row in rows if _known(row)]
+    common = _common_factors(tested, settings)
     shared = {coefficient for coefficient, _ in common}
     lagged = {row.coefficient for row in rows if "alpha_dot_hat" in row.term}
-    turned = _turned_controls(asked, settings)
+    turned = _reversed_controls(tested, settings)
     shows_lift = any(row.channel == "a_z" for row in errors)
 
     def elsewhere(row: DerivativeRow) -> str:
-        if aircraft is None or not shows_lift or not _is_turned(row, settings):
+        if aircraft is None or not shows_lift or not _is_reversed(row, settings):
             return ""
-        return _accelerometer_of(row, asked, aircraft)
+        return _accelerometer_of(row, tested, aircraft)
 
     single = [
         sentence + elsewhere(row)
-        for row in asked
+        for row in tested
         if row.term not in turned and (sentence := _single(row, row.coefficient in shared | lagged, settings))
     ]
     return (*(sentence for _, sentence in common), *turned.values(), *single, *_worse(errors, settings))
@@ -136,15 +136,15 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
         certain = abs(factor - 1.0) > settings.deviations / math.sqrt(float(np.sum(weights)))
         if factor > 0.0 and alike and certain and abs(math.log(factor)) > math.log(1.0 + settings.common):
             sentence = (
-                f"All of {coefficient} is {number(factor)} times as declared "
+                f"All derivatives of {coefficient} are {number(factor)} times the declared values "
                 f"({number(values.min())} to {number(values.max())}): "
-                f"check {causes} before an aerodynamic reason."
+                f"check {causes} before assuming an aerodynamic cause."
             )
             found.append((coefficient, sentence))
     return found
 
 
-def _turned_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -> dict[str, str]:
+def _reversed_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -> dict[str, str]:
     """Controls all of whose certain derivatives, in several coefficients, have the other sign, with the sentence."""
     found = {}
     for term in dict.fromkeys(row.term for row in rows if row.term.startswith("delta_")):
@@ -153,54 +153,54 @@ def _turned_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -
         if len(certain) > 1 and all(factor < 0.0 for _, factor in certain):
             names = " and ".join(name for name, _ in certain)
             found[term] = (
-                f"{term} has the other sign than declared in {names}: its positive sense on the recorder is probably "
-                f"the other one; turn it with sign = -1 in the channel map and run again."
+                f"{term} has the opposite sign to the declared one in {names}: the recorder probably uses the opposite "
+                f"sign convention; set sign = -1 in the channel map and run again."
             )
     return found
 
 
-def _single(row: DerivativeRow, rate_told: bool, settings: PatternSettings) -> str | None:
-    """What is odd about one derivative against its declared value.
+def _single(row: DerivativeRow, rate_reported: bool, settings: PatternSettings) -> str | None:
+    """Sentence on an unusual ratio of one derivative to its declared value.
 
-    `rate_told`: that of q_hat is off with all of its coefficient, or shares its part with a derivative of
-    alpha_dot_hat, whose sum a flight shows: its own factor then says nothing about q c/V.
+    `rate_reported`: that of q_hat is off with all of its coefficient, or shares its part with a derivative of
+    alpha_dot_hat, whose sum a flight shows: its own factor then is no evidence for q c/V.
     """
     factor, deviation = _ratio(row)
     name = f"{row.coefficient} {row.term}"
     if row.term == "1" or abs(factor) <= settings.deviations * deviation:
         return None
-    if _is_turned(row, settings):
+    if _is_reversed(row, settings):
         return (
-            f"{name} has the other sign than declared ({number(row.value)} against {number(row.declared)}): "
-            "check the sign convention of the file and of the recorder."
+            f"{name} has the opposite sign to the declared value ({number(row.value)} against {number(row.declared)}): "
+            "check the sign conventions of the aircraft file and of the recorder."
         )
     per_degree = math.degrees(1.0)
     for unit, meant in ((per_degree, "per degree"), (1.0 / per_degree, "per radian where the log is in degrees")):
         if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
-            return f"{name} is {number(factor)} times as declared: is it declared {meant}?"
-    if "q_hat" in row.term and not rate_told:
-        for unit, asked in ((2.0, "is it declared per q c/V"), (0.5, "was it doubled from q c/V once too often")):
+            return f"{name} is {number(factor)} times the declared value: is it declared {meant}?"
+    if "q_hat" in row.term and not rate_reported:
+        for unit, check in ((2.0, "is it declared per q c/V"), (0.5, "was it converted from q c/V twice")):
             near = abs(factor - unit) <= max(settings.deviations * deviation, settings.near_half * unit)
             sharp = deviation <= settings.sharp * unit
             if near and sharp and abs(factor - 1.0) > settings.deviations * deviation:
-                return f"{name} is {number(factor)} times as declared: {asked}? q_hat is q c/(2 U0)."
+                return f"{name} is {number(factor)} times the declared value: {check}? q_hat is q c/(2 U0)."
     if not 1.0 / settings.many < factor < settings.many:
-        return f"{name} is {number(factor)} times as declared: check its unit and decimal point."
+        return f"{name} is {number(factor)} times the declared value: check its unit and decimal point."
     return None
 
 
-def _is_turned(row: DerivativeRow, settings: PatternSettings) -> bool:
+def _is_reversed(row: DerivativeRow, settings: PatternSettings) -> bool:
     """Whether an estimate certainly has the other sign than the declared value."""
     factor, deviation = _ratio(row)
     return row.term != "1" and factor < -settings.deviations * deviation
 
 
 def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraft: Aircraft) -> str:
-    """Where the vertical accelerometer would have to be for a control's lift to be as declared; empty where nowhere.
+    """Position of the vertical accelerometer at which a control's lift would be as declared; empty without one.
 
     One that sits x ahead of its declared place shows -x q_dot more, and q_dot is q_bar S c C_m / I_yy, so that C_Z
     seems to gain -x (m c / I_yy) C_m (Klein & Morelli, Aircraft System Identification, section 10.2). Where C_Z holds
-    the same terms as C_m nothing in the record tells the two apart.
+    the same terms as C_m the record cannot distinguish the two.
     """
     moments = [other for other in rows if (other.coefficient, other.term) == ("C_m", row.term)]
     if row.coefficient not in LIFTING or not row.term.startswith("delta_") or not moments:
@@ -215,14 +215,14 @@ def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraf
         return ""
     side = "ahead of" if ahead > 0.0 else "behind"
     return (
-        f" Check also where the accelerometers are: with a_z measured {number(abs(ahead))} m {side} its declared "
-        f"place, what it shows of the pitching acceleration is taken for {row.coefficient} {row.term}, which then is "
-        "as declared; the record cannot tell the two apart."
+        f" Check the accelerometer positions as well: with a_z measured {number(abs(ahead))} m {side} its declared "
+        f"position, the pitching acceleration that it senses appears as {row.coefficient} {row.term}, which is then as "
+        "declared; these records cannot distinguish the two."
     )
 
 
 def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
-    """Fitted logs that the completed model follows worse than the declared structure re-estimated."""
+    """Fitted logs that the completed model fits worse than the declared structure re-estimated."""
     sentences = []
     for log in dict.fromkeys(row.log for row in errors if row.role == "identification"):
         rows = [row for row in errors if row.log == log and row.before and row.after is not None]
@@ -232,8 +232,8 @@ def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
         if ratio > settings.worse:
             most = max(rows, key=lambda row: (row.after or 0.0) / (row.before or 1.0))
             sentences.append(
-                f"The completed model follows its own data on {log} worse than the declared structure re-estimated, "
-                f"{number(ratio)} times over all channels and {number((most.after or 0.0) / (most.before or 1.0))} "
-                f"times in {most.channel}: do not take it over."
+                f"The completed model fits its own identification data on {log} worse than the declared structure "
+                f"re-estimated, by a factor of {number(ratio)} over all channels and "
+                f"{number((most.after or 0.0) / (most.before or 1.0))} in {most.channel}: do not adopt it."
             )
     return sentences

@@ -37,17 +37,17 @@ class DerivativeRow:
     scatter: float | None = None
     """Standard deviation of the estimates from each identification log alone, where there are several."""
     filter_error: float | None = None
-    """The estimate among forces of any shape, where the flight shows more than the structure explains."""
+    """Filter-error estimate (process noise in every coefficient), where a significant residual remains."""
     filter_error_std_error: float | None = None
     """Its standard deviation; `std_error` is no smaller."""
     estimate: float | None = None
-    """Of a derivative that is not shown: the estimate that `std_error` belongs to, while `value` stays as declared."""
+    """Of an insignificant derivative: the estimate that `std_error` belongs to, while `value` stays as declared."""
 
 
 def is_shown(value: float, declared: float | None, std_error: float, *, constant: bool = False) -> bool:
-    """Whether a record holds enough information on a derivative to put it into a table unflagged.
+    """Whether a derivative is significant, so that it is tabulated unflagged.
 
-    A constant holds the trim, which any flight shows and which may well be near zero: less is asked of it.
+    A constant holds the trim, which any flight determines and which may be near zero: its threshold is lower.
     """
     return bool(std_error <= JUDGEMENT.least_known(constant=constant) * max(abs(value), abs(declared or 0.0)))
 
@@ -63,18 +63,18 @@ def derivative_rows(
     completed: Attribution,
     chain: Chain | None,
     scattered: Mapping[Entry, float],
-    kept: Mapping[Entry, float] = MappingProxyType({}),
+    fixed: Mapping[Entry, float] = MappingProxyType({}),
 ) -> tuple[DerivativeRow, ...]:
     """One row for each declared or found term, coefficient by coefficient.
 
     Parameters
     ----------
     found : Attribution
-        With every declared derivative free: the standard errors are from here.
+        With every declared derivative free: source of the standard errors.
     completed : Attribution
-        With those that are `kept` at their declared values: the values are from here.
-    kept : mapping of Entry to float
-        With the estimate that was not shown.
+        With those that are `fixed` at their declared values: source of the values.
+    fixed : mapping of Entry to float
+        The insignificant estimates of the fixed derivatives.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     inflation = variance_inflation(found.completed)
@@ -83,12 +83,12 @@ def derivative_rows(
     for entry in sorted(order, key=lambda entry: aircraft.coefficients.index(entry[0])):
         given = declared.get(entry)
         value = completed.completed.model.value(entry)
-        if entry not in kept and entry not in completed.completed.free:
+        if entry not in fixed and entry not in completed.completed.free:
             rows.append(DerivativeRow(entry[0], str(entry[1]), given, given, value, None, None, None, None, None, True))
             continue
-        source = found if entry in kept else completed
+        source = found if entry in fixed else completed
         n = source.completed.free.index(entry)
-        uncertainty, beside = source.completed_deviations, source.filter_error
+        uncertainty, filtered = source.completed_deviations, source.filter_error
         error = float(uncertainty.corrected[n])
         rls, rls_error = _recursive(chain, entry)
         rows.append(
@@ -97,18 +97,18 @@ def derivative_rows(
                 term=str(entry[1]),
                 declared=given,
                 refitted=found.before.model.value(entry) if entry in found.before.free else None,
-                value=given if entry in kept and given is not None else value,
+                value=given if entry in fixed and given is not None else value,
                 std_error=_finite(error),
                 std_error_white=_finite(float(uncertainty.white[n])),
                 rls=rls,
                 rls_std_error=rls_error,
                 correlation_max=_finite(float(uncertainty.correlation_max[n])),
-                shown=entry not in kept and is_shown(value, given, error, constant=not entry[1].factors),
+                shown=entry not in fixed and is_shown(value, given, error, constant=not entry[1].factors),
                 variance_inflation=_finite(float(inflation[found.completed.free.index(entry)])),
                 scatter=scattered.get(entry),
-                filter_error=_finite(float(beside.values[n])) if beside else None,
-                filter_error_std_error=_finite(float(beside.deviations[n])) if beside else None,
-                estimate=kept.get(entry),
+                filter_error=_finite(float(filtered.values[n])) if filtered else None,
+                filter_error_std_error=_finite(float(filtered.deviations[n])) if filtered else None,
+                estimate=fixed.get(entry),
             )
         )
     return tuple(rows)
@@ -121,12 +121,12 @@ def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float |
     return chain.model.value(entry), _finite(float(chain.std_errors[chain.entries.index(entry)]))
 
 
-CONTRADICTED = "these records contradict the declared"
-"""Display: why a declared value is not kept."""
+CONTRADICTED = "contradict the declared"
+"""Display: why a derivative is not fixed at its declared value."""
 
 
-def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
-    """One sentence for each derivative that the record cannot show, with what hides it."""
+def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[str]:
+    """One sentence for each derivative that is not significant, with the reason."""
     sentences = []
     for row in rows:
         if row.shown:
@@ -138,13 +138,13 @@ def told_of_not_shown(rows: Sequence[DerivativeRow]) -> list[str]:
         estimate = row.value if row.estimate is None else row.estimate
         holds = ""
         if row.estimate is not None:
-            holds = f"; the completed aircraft keeps the declared {plain(row.value, 4)}"
+            holds = f"; the completed aircraft keeps the declared value {plain(row.value, 4)}"
         elif row.declared is not None and row.declared != row.value:
-            contradicted = f"{CONTRADICTED} {plain(row.declared, 4)}"
-            holds = f"; the completed aircraft has it, since beside what is named {contradicted}"
+            contradicted = f"{CONTRADICTED} value {plain(row.declared, 4)}"
+            holds = f"; the completed aircraft uses it, because the records and the identified effects {contradicted}"
         sentences.append(
-            f"These records cannot show {derivative_name(row.coefficient, row.term)}: the estimate {number(estimate)} "
-            f"has {error}{why}. Do not read it as measured{holds}."
+            f"Not significant in these records: {derivative_name(row.coefficient, row.term)}. The estimate "
+            f"{number(estimate)} has {error}{why}. Do not use it as a measured value{holds}."
         )
     return sentences
 

@@ -1,4 +1,4 @@
-"""The effects that the declared model lacks, as result.json names them, with the evidence for each."""
+"""The effects missing from the declared model, as in result.json, with the evidence for each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aerosid.search.findings import Finding
 
 @dataclass(frozen=True)
 class Confirmation:
-    """A term's number from the validation logs alone; `p_value` of their saying so by chance."""
+    """A term's parameter from the validation logs alone; `p_value` of such an estimate by chance."""
 
     value: float
     std_error: float
@@ -25,7 +25,7 @@ class Confirmation:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Why an effect is believed.
+    """Evidence for an effect.
 
     Attributes
     ----------
@@ -33,20 +33,20 @@ class Evidence:
         |rho| of the model error d(t) with the candidate, both through the same estimator (Parameswaran & Raol 1994,
         table 3); None for an effect that is no term.
     p_value : float
-        Of the effect being none, coloured residuals and the number of candidates counted.
+        Of the effect being absent, corrected for coloured residuals and the number of candidates.
     validation_gain : float or None
         Root-mean-square error without the effect, everything else estimated again, over that with it, on the validation
         logs; median over channels. None without such a log.
     likelihood_gain : float
-        Rise of -2 ln L when the effect is struck out again; of an alternative the fall when it takes the chosen one's
-        place, negative where it fits worse.
+        Rise of -2 ln L when the effect is removed; of an alternative the fall when it replaces the chosen one, negative
+        where it fits worse.
     hold_out_gain : float or None
-        As `validation_gain`, on the logs that no decision touched.
+        As `validation_gain`, on the hold-out logs.
     confirmation : Confirmation or None
-        What the validation logs say of the effect by themselves, where only that let it be named.
+        Estimate from the validation logs alone, where only that made the effect significant.
     unseen_better : bool or None
-        Whether what was not fitted (validation logs, hold-out logs first, or parts of a single log) is predicted better
-        with the effect; None where nothing is unseen or the effect is of an instrument that kinematics proved.
+        Whether data not used in the fit (validation logs, hold-out logs first, or parts of a single log) are predicted
+        better with the effect; None without such data and for an instrument error identified by kinematics.
     """
 
     correlation: float | None
@@ -60,7 +60,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect that the declared model lacks, as result.json names it."""
+    """One effect missing from the declared model, as in result.json."""
 
     rank: int
     kind: str
@@ -75,11 +75,11 @@ class Effect:
     instead_of: str = ""
     """For an alternative: the chosen effect that it could replace."""
     worse_by: float | None = None
-    """For an alternative: by how much -2 ln L, with what its numbers cost, is higher than with the chosen effect."""
+    """For an alternative: -2 ln L with the penalty for its parameters, less that of the chosen effect."""
     margin: float | None = None
-    """For an alternative: the difference up to which the flights decide nothing; what is worse is not listed."""
+    """For an alternative: the difference below which the flights do not decide; worse ones are not listed."""
     along: str = ""
-    """For a place: the body axes along which it is elsewhere."""
+    """For a position: the body axes along which it differs."""
 
 
 def _finite(value: float) -> float | None:
@@ -109,7 +109,7 @@ def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
 def effect_rows(
     found: Attribution, correlations: Mapping[Entry, float], gains: Gains, hold_out_gains: Gains
 ) -> tuple[Effect, ...]:
-    """The findings, most certain first, each with all that speaks for it."""
+    """The findings, most certain first, each with its evidence."""
     confirmed = {each.entry: Confirmation(each.value, each.std_error, each.p_value) for each in found.confirmed}
     rows = []
     for rank, finding in enumerate(found.findings, start=1):
@@ -121,16 +121,16 @@ def effect_rows(
             likelihood_gain=finding.gain,
             hold_out_gain=hold_out_gains.get(identity(finding)),
             confirmation=confirmed.get(term) if term is not None else None,
-            unseen_better=better_unseen(finding, gains, hold_out_gains, regressed=found.regressed),
+            unseen_better=improves_prediction(finding, gains, hold_out_gains, regressed=found.regressed),
         )
         rows.append(effect_row(rank, finding, evidence))
     return tuple(rows)
 
 
-def better_unseen(finding: Finding, gains: Gains, hold_out_gains: Gains, *, regressed: bool) -> bool | None:
-    """Whether the unseen is predicted better with a finding: by its open-loop error where the simulation decided.
+def improves_prediction(finding: Finding, gains: Gains, hold_out_gains: Gains, *, regressed: bool) -> bool | None:
+    """Whether validation data are predicted better with a finding: by the open-loop error where the simulation decided.
 
-    A sudden change happens on one flight, and helps to predict no other.
+    A step change occurs on one flight, and does not affect the prediction of another.
     """
     if regressed or finding.time is not None:
         return finding.unseen_better
@@ -151,7 +151,7 @@ def with_correlations(
 
 
 def alternative_rows(found: Attribution) -> tuple[Effect, ...]:
-    """What could stand in the place of a finding."""
+    """Effects that could replace a finding."""
     return tuple(
         effect_row(rank, other, Evidence(None, other.p_value, None, other.gain))
         for rank, other in enumerate(found.alternatives, start=1)

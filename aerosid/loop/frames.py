@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 EVIDENCE = ("correlation", "p_value", "validation_gain", "hold_out_gain", "likelihood_gain")
-"""What of an effect's evidence stands in a column of its own."""
+"""Evidence of an effect with a column of its own."""
 
 
 def derivatives_frame(rows: Sequence[DerivativeRow]) -> pd.DataFrame:

@@ -1,7 +1,7 @@
 """Identification of undeclared effects: the single processing chain that all commands, studies and tests call.
 
-logs, aircraft -> manoeuvres -> do the instruments agree? -> the declared structure, re-estimated
-               -> what it lacks -> terms that one coefficient alone could not tell from what was found
+logs, aircraft -> manoeuvres -> data compatibility check -> the declared structure, re-estimated
+               -> missing effects -> terms indistinguishable from them in one coefficient
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.methods import Answer, Question, answer
+from aerosid.loop.methods import IdentificationProblem, MethodResult, run_method
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
-from aerosid.loop.unseen_sideslip import told_of_unseen_sideslip
+from aerosid.loop.unmeasured_sideslip import note_on_unmeasured_sideslip
 from aerosid.model_error.paper_chain import Chain, run_chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
@@ -51,27 +51,27 @@ class Identification:
     declared : AerodynamicModel
         The same with the columns that the file's own effects fill.
     candidates : tuple of Entry
-        The terms that were asked for.
+        The candidate terms.
     manoeuvres, validation : tuple of Manoeuvre
         The logs as the estimators take them: those that were fitted, and those that were predicted.
     agreement : KinematicConsistency or None
-        Whether the instruments agree; None where that was not asked.
+        Data compatibility check; None where it was not requested.
     found : Attribution or None
-        What the declared model lacks; None where the instruments contradict each other, so that nothing is judged.
+        The missing effects; None where the instruments contradict each other, so that nothing is identified.
     hold_out : tuple of Manoeuvre
-        Further logs, that touched no decision.
+        Further logs, used in no decision.
     declared_chain : callable or None
-        Gives the paper's chain on the declared structure, of which nothing here is decided; None where it is not asked.
+        Gives the paper's chain on the declared structure, used in no decision; None where it is not requested.
     rivals : tuple of IndistinguishableTerm
-        Terms that a coefficient by itself could not tell from a sensor's or a control's fault that was found.
+        Terms that a coefficient alone cannot distinguish from an identified error of a sensor or control.
     search : StructureSearch or None
-        The fitted flights, the hypotheses and the settings: what further questions about the estimate are asked of.
+        The fitted flights, the hypotheses and the settings, for further estimates.
     notes : tuple of str
-        What the method has to say of itself.
-    asking : callable or None
-        Gives what the model error d(t) alone says, when it has been asked; None where it is not.
+        Notes of the method for the report.
+    pending_opinion : callable or None
+        Gives the attribution by the model error d(t) alone when it has been computed; None without one.
     decided_by : str
-        The method whose answer it is.
+        The method that decided.
     """
 
     aircraft: Aircraft
@@ -84,7 +84,7 @@ class Identification:
     found: Attribution | None
     rivals: tuple[IndistinguishableTerm, ...] = ()
     notes: tuple[str, ...] = ()
-    asking: Callable[[], SecondOpinion] | None = field(default=None, repr=False, compare=False)
+    pending_opinion: Callable[[], SecondOpinion] | None = field(default=None, repr=False, compare=False)
     decided_by: Method = "likelihood"
     search: StructureSearch | None = field(default=None, repr=False, compare=False)
     hold_out: tuple[Manoeuvre, ...] = ()
@@ -92,8 +92,8 @@ class Identification:
 
     @cached_property
     def second_opinion(self) -> SecondOpinion | None:
-        """Whether the model error d(t) alone says the same; None where it was not asked."""
-        return None if self.asking is None else self.asking()
+        """Cross-check by the model error d(t) alone; None where it was not requested."""
+        return None if self.pending_opinion is None else self.pending_opinion()
 
 
 def identify(
@@ -114,11 +114,11 @@ def identify(
     aircraft : Aircraft
         The declared model.
     validation : sequence of FlightLog
-        Manoeuvres that are only predicted: what lowers their prediction is not named.
+        Manoeuvres that are only predicted: an effect that worsens their prediction is not accepted.
     progress : callable
-        Told the name of each stage as it begins.
+        Called with the name of each stage as it begins.
     hold_out : sequence of FlightLog
-        Manoeuvres that are made ready as the others are, and touch no decision.
+        Manoeuvres that are prepared as the others are, and used in no decision.
 
     Raises
     ------
@@ -129,34 +129,34 @@ def identify(
     EstimationError
         Where the declared model cannot be simulated at all.
     """
-    progress("reading the logs into the flight model")
+    progress("preparing the logs")
     aircraft, logs, unseen = at_own_loading(aircraft, logs, [*validation, *hold_out])
     logs, unseen = (
         [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, unseen)
     )
-    plain, candidates = asked_of(logs, unseen[: len(validation)], aircraft)
+    plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
     controls = controls_of(plain)
     manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
     others, held_out = predicted[: len(validation)], predicted[len(validation) :]
     given = declared_effects(aircraft, controls, manoeuvres)
     declared = with_columns_of(plain, given)
 
-    progress("comparing the instruments with each other")
+    progress("checking data compatibility")
     opposed = contradicting(logs) if settings.kinematics and aircraft.axes in compatibility.CASES else None
     if opposed is not None:
         return Identification(
             aircraft, plain, declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
         )
 
-    question = Question(aircraft, declared, tuple(given), candidates, manoeuvres, others)
-    chain = _begun_chain(plain, question, settings)
-    told = answer(question, settings, progress)
+    problem = IdentificationProblem(aircraft, declared, tuple(given), candidates, manoeuvres, others)
+    chain = _started_chain(plain, problem, settings)
+    result = run_method(problem, settings, progress)
     second = None
-    asked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
-    # Its cost is a multiple of the equations', and in air that moves d(t) is the air's.
-    if asked and told.deciding == "likelihood":
-        progress("asking the model error d(t)")
-        second = begun(lambda: second_opinion(question, told, settings))
+    cross_checked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
+    # Its cost is a multiple of the equations', and in turbulence d(t) contains the turbulence.
+    if cross_checked and result.method == "likelihood":
+        progress("cross-checking with the model error d(t)")
+        second = begun(lambda: second_opinion(problem, result, settings))
     return Identification(
         aircraft,
         plain,
@@ -164,44 +164,46 @@ def identify(
         candidates,
         manoeuvres,
         others,
-        told.agreement,
-        told.found,
-        told.rivals,
+        result.agreement,
+        result.found,
+        result.rivals,
         (
-            *_told_of_axes(aircraft, settings, told),
-            *told_of_unseen_sideslip(aircraft, told.found.completed.model, manoeuvres),
-            *told.notes,
-            *((NO_SECOND_OPINION,) if asked and told.deciding == "equations" else ()),
+            *_note_on_axes(aircraft, settings, result),
+            *note_on_unmeasured_sideslip(aircraft, result.found.completed.model, manoeuvres),
+            *result.notes,
+            *((NO_CROSS_CHECK,) if cross_checked and result.method == "equations" else ()),
         ),
         second,
-        told.deciding,
-        told.search,
+        result.method,
+        result.search,
         held_out,
         chain,
     )
 
 
-NO_SECOND_OPINION = (
-    "The model error d(t) was asked for no second opinion: where kinematics do not close, it is the air's and the "
-    "recorder's as much as the model's. --method iebmee lets it decide."
+NO_CROSS_CHECK = (
+    "The model error d(t) was not used as a cross-check: where kinematics do not close, it contains turbulence and "
+    "recorder errors as well as the model's. With --method iebmee it decides."
 )
 
 
-def _told_of_axes(aircraft: Aircraft, settings: LoopSettings, told: Answer) -> tuple[str, ...]:
+def _note_on_axes(aircraft: Aircraft, settings: LoopSettings, result: MethodResult) -> tuple[str, ...]:
     """Note on checks that are not available for the axes of the model."""
-    if settings.kinematics and aircraft.axes not in compatibility.CASES and told.agreement is None:
-        return (f"Not asked of a {aircraft.axes.name} model: whether the instruments agree by kinematics.",)
+    if settings.kinematics and aircraft.axes not in compatibility.CASES and result.agreement is None:
+        return (f"The data compatibility check by kinematics is not available for a {aircraft.axes.name} model.",)
     return ()
 
 
-def _begun_chain(plain: AerodynamicModel, question: Question, settings: LoopSettings) -> Callable[[], Chain] | None:
-    """The paper's chain on the declared structure, begun beside the search of what it lacks."""
+def _started_chain(
+    plain: AerodynamicModel, problem: IdentificationProblem, settings: LoopSettings
+) -> Callable[[], Chain] | None:
+    """The paper's chain on the declared structure, started in parallel with the structure search."""
     if not settings.paper_chain:
         return None
-    return begun(lambda: run_chain(plain, question.manoeuvres, question.free, settings.chain))
+    return begun(lambda: run_chain(plain, problem.manoeuvres, problem.free, settings.chain))
 
 
-def asked_of(
+def declared_with_candidates(
     logs: Sequence[FlightLog], others: Sequence[FlightLog], aircraft: Aircraft
 ) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
     """The declared model with input columns for every candidate, and the candidates."""
@@ -222,7 +224,7 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     from aerosid.model_error.in_flight import InFlightSettings, frames  # late: of all runs a replay alone needs it
 
     aircraft, (log,), _ = at_own_loading(aircraft, [log], [])
-    model, candidates = asked_of([log], [], aircraft)
+    model, candidates = declared_with_candidates([log], [], aircraft)
     # The knots of a spline are taken from the whole record, which is not known on board.
     candidates = tuple(entry for entry in candidates if not searched_parameters(entry[1]))
     manoeuvre = prepare(with_declared_noise(log, aircraft.noise, aircraft.resolution), aircraft, model.columns)

@@ -1,4 +1,4 @@
-"""Settings of what a result says of itself: which derivatives are shown, whether a flight moved at all."""
+"""Settings of the judgement of a result: significance of derivatives, excitation of a flight."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class JudgementSettings:
     ----------
     shown : float
         Share, 1, of its size (its own or the declared, the greater) by which a derivative may be uncertain and be
-        shown: three standard errors, as are asked of what is named, so that nothing is named and not shown.
+        shown: three standard errors, as required of an identified effect, so that none is also insignificant.
     shown_constant : float
         The same of a constant. At more than its size it lies within two standard errors of the declared value, so that
         holding it there does not pull the derivatives that trim the flight with it.
@@ -23,7 +23,7 @@ class JudgementSettings:
         Times its noise, 1, that the standard deviation of an angle to the air or of a rate must be for a flight to have
         moved at all: that of a steady flight is its noise, which is known from the log within a quarter.
     correlated : float
-        Largest absolute correlation with another estimate, 1, from which it is told as the reason why a derivative is
+        Largest absolute correlation with another estimate, 1, from which it is given as the reason why a derivative is
         not shown: a variance ten times as large as alone.
     unchanged : float
         Distance of a ratio of errors from 1, 1, below which two digits after the point show none.

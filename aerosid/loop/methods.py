@@ -44,23 +44,23 @@ from aerosid.search.structure_search import StructureSearch
 
 
 @dataclass(frozen=True)
-class Question:
-    """Input to an identification method: declared model, candidates, flights and proved sensor faults.
+class IdentificationProblem:
+    """Input to an identification method: declared model, candidates, flights and identified instrument errors.
 
     Attributes
     ----------
     aircraft : Aircraft
         The declared one.
     declared : AerodynamicModel
-        Its model, with columns for what the file declares to act.
+        Its model, with columns for the effects declared in the file.
     given : tuple of ActiveEffect
-        That, its numbers held.
+        Those effects, their parameters fixed.
     candidates : tuple of Entry
-        Terms that may be missing.
+        Candidate terms.
     manoeuvres, others : tuple of Manoeuvre
         Flights that are fitted, and flights that are only predicted.
-    faults : InstrumentErrors or None
-        What kinematics prove of the instruments; None where nobody asked, a channel is missing or a flight too short.
+    instrument_errors : InstrumentErrors or None
+        From the data compatibility check; None where not requested, a channel is missing or a flight too short.
     """
 
     aircraft: Aircraft
@@ -69,11 +69,13 @@ class Question:
     candidates: tuple[Entry, ...]
     manoeuvres: tuple[Manoeuvre, ...]
     others: tuple[Manoeuvre, ...]
-    faults: InstrumentErrors | None = None
+    instrument_errors: InstrumentErrors | None = None
 
     def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
         """Data compatibility of the instruments; None where it was not requested."""
-        return agreement_of(self.faults) if settings.kinematics and self.faults is not None else None
+        return (
+            agreement_of(self.instrument_errors) if settings.kinematics and self.instrument_errors is not None else None
+        )
 
     @property
     def free(self) -> tuple[Entry, ...]:
@@ -88,19 +90,19 @@ class Question:
 
     @property
     def shows_air(self) -> bool:
-        """Whether vanes show the air of every flight: beside a path that is its own sideslip nothing shows gusts."""
+        """Whether vanes measure the air of every flight: without measured sideslip gusts are not observable."""
         return all(each.sideslip_measured for each in (*self.manoeuvres, *self.others))
 
     def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
-        """The settings of the structure search, which has more to ask where kinematics do not judge instruments or air.
+        """Settings of the structure search, with more candidates where kinematics do not check instruments or air.
 
-        `closed`: whether vanes and airspeed show no more than the path that gyros and accelerometers give.
+        `closed`: whether vanes and airspeed agree with the path reconstructed from gyros and accelerometers.
         """
         compared = self.aircraft.axes in compatibility.CASES
         return replace(settings, instruments_compared=compared, air_judged=compared or closed)
 
     def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
-        """What may be missing: terms, and of the whole catalogue what these flights can show."""
+        """Candidate hypotheses: terms, and with the whole catalogue the effects that these flights can show."""
         terms = term_hypotheses(self.candidates)
         if catalogue == "terms":
             return terms
@@ -108,26 +110,26 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answer:
+class MethodResult:
     """Result of an identification method: attribution, indistinguishable terms and notes.
 
-    `search`: the fitted flights, the hypotheses and the settings, of which further questions are asked; `deciding`:
-    the method whose answer it is; `agreement`: what its witness says of the instruments.
+    `search`: the fitted flights, the hypotheses and the settings for further estimates; `method`: the deciding
+    method; `agreement`: its data compatibility check.
     """
 
     found: Attribution
     search: StructureSearch
     rivals: tuple[IndistinguishableTerm, ...] = ()
     notes: tuple[str, ...] = ()
-    deciding: Method = "likelihood"
+    method: Method = "likelihood"
     agreement: KinematicConsistency | None = None
 
 
 KINEMATICS_FIRST: tuple[Method, ...] = ("evidence", "equations")
-"""Methods that ask first what kinematics prove of the instruments."""
+"""Methods that begin with the data compatibility check."""
 
 
-def answer(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+def run_method(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
     """Run the method selected in the settings.
 
     Raises
@@ -135,100 +137,102 @@ def answer(question: Question, settings: LoopSettings, progress: Progress) -> An
     EstimationError
         Where the declared model cannot be simulated.
     """
-    methods: dict[Method, Callable[[Question, LoopSettings, Progress], Answer]] = {
-        "evidence": by_evidence,
+    methods: dict[Method, Callable[[IdentificationProblem, LoopSettings, Progress], MethodResult]] = {
+        "evidence": by_data_compatibility,
         "equations": by_equations,
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
-    asked = settings.kinematics or (settings.catalogue == "all" and settings.method in KINEMATICS_FIRST)
-    faults = _proved_faults(question, settings) if asked and question.is_reconstructed else None
-    return methods[settings.method](replace(question, faults=faults), settings, progress)
+    checked = settings.kinematics or (settings.catalogue == "all" and settings.method in KINEMATICS_FIRST)
+    instrument_errors = _instrument_errors(problem, settings) if checked and problem.is_reconstructed else None
+    return methods[settings.method](replace(problem, instrument_errors=instrument_errors), settings, progress)
 
 
-def by_evidence(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
     """Maximum likelihood where kinematic residuals are at the sensors' noise level, equation error elsewhere.
 
-    In air that moves, and behind recorders that filter, an open-loop simulation follows no flight: its errors are not
-    the measurement noise that the likelihood takes them for.
+    In turbulence and behind filtering recorders an open-loop simulation does not follow a flight: its errors are not
+    the measurement noise that the likelihood assumes.
     """
-    faults = question.faults
-    if faults is None or settings.catalogue == "terms":
-        return by_likelihood(question, settings, progress)
-    ratio = faults.noise_ratio
+    instrument_errors = problem.instrument_errors
+    if instrument_errors is None or settings.catalogue == "terms":
+        return by_likelihood(problem, settings, progress)
+    ratio = instrument_errors.noise_ratio
     if ratio <= settings.equation_error.closed:
-        return by_likelihood(question, settings, progress, closed=question.shows_air)
-    found = _by_equations(faults, question, settings, progress)
-    said = (
-        f"Kinematics leave {_times(ratio)} what white noise of the size that successive samples show would: the air "
-        "moves, or the recorder filters. The kinematic and coefficient equations decide (method equations); errors of "
-        "open-loop simulations are predictions, no measure of the model."
+        return by_likelihood(problem, settings, progress, closed=problem.shows_air)
+    found = _by_equations(instrument_errors, problem, settings, progress)
+    sentence = (
+        f"The residuals of the kinematic equations are {_times(ratio)} the level expected from the white noise between "
+        "successive samples: there is turbulence or recorder filtering. The kinematic and coefficient equations decide "
+        "(method equations); errors of open-loop simulations are predictions, no measure of the model."
     )
-    return replace(found, notes=(said, *found.notes))
+    return replace(found, notes=(sentence, *found.notes))
 
 
 def _times(ratio: float) -> str:
-    """A multiple of the noise; beyond a hundred the recorder's filter has made the noise, and its size says nothing."""
+    """A multiple of the noise; beyond 100 the recorder's filter determines the noise, and the number is meaningless."""
     return f"up to {number(ratio, 2)} times" if ratio < 100.0 else "more than 100 times"
 
 
-def by_equations(question: Question, settings: LoopSettings, progress: Progress) -> Answer:
+def by_equations(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
     """Equation error with coloured residuals: kinematic equations first, coefficient equations second.
 
-    A study of terms alone, with a start of its own, is answered by the likelihood.
+    A study of terms alone, with a start of its own, uses the likelihood.
     """
-    faults = question.faults
-    if faults is None or settings.catalogue == "terms":
-        return by_likelihood(question, settings, progress)
-    return _by_equations(faults, question, settings, progress)
+    instrument_errors = problem.instrument_errors
+    if instrument_errors is None or settings.catalogue == "terms":
+        return by_likelihood(problem, settings, progress)
+    return _by_equations(instrument_errors, problem, settings, progress)
 
 
-def _proved_faults(question: Question, settings: LoopSettings) -> InstrumentErrors | None:
-    """Sensor faults proved by the kinematic equations, independent of any aerodynamic model."""
+def _instrument_errors(problem: IdentificationProblem, settings: LoopSettings) -> InstrumentErrors | None:
+    """Instrument errors identified by the kinematic equations, independent of any aerodynamic model."""
     return identify_instrument_errors(
-        question.declared,
-        question.free,
-        question.given,
-        question.hypotheses("all"),
-        question.manoeuvres,
-        question.others,
+        problem.declared,
+        problem.free,
+        problem.given,
+        problem.hypotheses("all"),
+        problem.manoeuvres,
+        problem.others,
         settings.equation_error,
-        length=question.aircraft.length,
+        length=problem.aircraft.length,
     )
 
 
-def _by_equations(faults: InstrumentErrors, question: Question, settings: LoopSettings, progress: Progress) -> Answer:
-    """Attribution by the coefficient equations, with the proved sensor faults applied."""
-    progress("regressing the coefficients")
-    coefficients = question.aircraft.coefficients
-    decision = decide(faults, coefficients)
-    found = attribute_by_equations(decision, question.manoeuvres)
+def _by_equations(
+    instrument_errors: InstrumentErrors, problem: IdentificationProblem, settings: LoopSettings, progress: Progress
+) -> MethodResult:
+    """Attribution by the coefficient equations, with the identified instrument errors applied."""
+    progress("estimating by equation error")
+    coefficients = problem.aircraft.coefficients
+    decision = decide(instrument_errors, coefficients)
+    found = attribute_by_equations(decision, problem.manoeuvres)
     search = StructureSearch(
-        question.manoeuvres,
-        question.hypotheses(settings.catalogue),
+        problem.manoeuvres,
+        problem.hypotheses(settings.catalogue),
         coefficients,
         found.before,
         settings.attribution,
-        question.declared,
+        problem.declared,
     )
-    notes = tuple(told_of_timing(each) for each in decision.delay_discrepancies)
+    notes = tuple(note_on_delay(each) for each in decision.delay_discrepancies)
     together = decision.joint_evidence
     notes += tuple(
-        told_of_support(row, together[row.hypothesis.label])
+        note_on_supported_error(row, together[row.hypothesis.label])
         for row in decision.findings
         if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
     )
-    notes += tuple(told_of_nearly_proven(row) for row in decision.near_significant)
+    notes += tuple(note_on_near_significant(row) for row in decision.near_significant)
     if decision.damping is not None:
-        notes = (*notes, told_of_damping(decision.damping))
+        notes = (*notes, note_on_damping(decision.damping))
     if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
         found = output_error_in_calm_air(found, decision, search)
-    found = with_equivalent_causes(found, question.aircraft, question.manoeuvres)
-    return Answer(found, search, notes=notes, deciding="equations", agreement=question.agreement(settings))
+    found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
+    return MethodResult(found, search, notes=notes, method="equations", agreement=problem.agreement(settings))
 
 
-def told_of_timing(seen: DelayDiscrepancy) -> str:
-    """What kinematics alone say of an instrument's lateness beside what forces and moments make of it."""
+def note_on_delay(seen: DelayDiscrepancy) -> str:
+    """Note on an instrument's time delay or lag: from kinematics alone, and together with forces and moments."""
 
     def words(active: ActiveEffect, error: float) -> str:
         kind = active.effect.kind.removeprefix("sensor_")
@@ -236,100 +240,102 @@ def told_of_timing(seen: DelayDiscrepancy) -> str:
 
     alone, joint = words(seen.kinematic, seen.kinematic_std_error), words(seen.joint, seen.joint_std_error)
     return (
-        f"{seen.channel} is late: kinematics alone show {alone}, together with forces and moments {joint}, which the "
-        "completed model has. Where the declared structure lacks something that looks late, such as a lift that "
-        "follows alpha slowly, the first is the better."
+        f"{seen.channel} is recorded late: kinematics alone give {alone}, together with forces and moments {joint}, "
+        "which the completed model uses. If the declared structure lacks an effect that resembles a delay, such as "
+        "unsteady lift that lags alpha, the estimate from kinematics alone is the better one."
     )
 
 
-def told_of_support(row: EffectEstimate, seen: KinematicEvidence) -> str:
-    """What kinematics show of an instrument's fault that only they and the coefficients together name."""
+def note_on_supported_error(row: EffectEstimate, seen: KinematicEvidence) -> str:
+    """Note on an instrument error that is significant only in kinematic and coefficient equations together."""
     own = row.active.effect.parameters[0].unit if row.active is not None else "1"
     unit = "" if own == "1" else f" {own}"
     alone = with_deviation(seen.values[0], float(np.sqrt(seen.covariance[0, 0])))
     return (
-        f"{named(row.hypothesis.label)} of {with_deviation(row.value, row.std_error)}{unit} is named by kinematics and "
-        f"coefficients together: kinematics alone show {alone}{unit}, 2 ln L "
-        f"{number(2.0 * seen.gain)}, too little to name it, and forces and moments agree."
+        f"{named(row.hypothesis.label)} of {with_deviation(row.value, row.std_error)}{unit} is identified from "
+        f"kinematics and coefficients together: kinematics alone give {alone}{unit}, 2 ln L {number(2.0 * seen.gain)}, "
+        "which is not significant, and forces and moments agree."
     )
 
 
-TOLD_RISE = 0.005
-"""Display: rise of R^2 from which it is told; its third digit is the last that is printed."""
+NOTED_RISE = 0.005
+"""Display: rise of R^2 from which it is noted; its third digit is the last that is printed."""
 
 
-def told_of_nearly_proven(row: NearSignificant) -> str:
-    """What would be named were it the only question, with what it brings and what it would do elsewhere."""
+def note_on_near_significant(row: NearSignificant) -> str:
+    """Note on an effect that would be significant as the only hypothesis: gain, penalty and R^2."""
     own = si_unit(row.active.effect.parameters[0].unit) if row.active is not None else ""
     value = f"{with_deviation(row.value, row.std_error)} {own}".strip()
-    said = (
-        f"Not proven: {named(row.hypothesis.label)} of {value} brings {number(row.gain, 2)} in ln L, where "
-        f"{number(row.penalty, 2)} are asked of one among so many hypotheses"
+    sentence = (
+        f"Near-significant: {named(row.hypothesis.label)} of {value} gains {number(row.gain, 2)} in ln L; the penalty "
+        f"for the number of hypotheses is {number(row.penalty, 2)}"
     )
     if row.indistinguishable:
         others = listed([named(rival.label) for rival in row.indistinguishable[:2]], "or")
-        said += f"; in its place {others} would do nearly as well"
-    better = [(a, b) for a, b in row.validation_fits if b.r2 >= a.r2 + TOLD_RISE]
+        sentence += f"; replacing it by {others} fits nearly as well"
+    better = [(a, b) for a, b in row.validation_fits if b.r2 >= a.r2 + NOTED_RISE]
     if better:
         shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
-        said += f". It would raise R^2 of {listed(shares)}"
-    return f"{said}."
+        sentence += f". It would raise R^2 of {listed(shares)}"
+    return f"{sentence}."
 
 
-def told_of_damping(damping: DampingCollinearity) -> str:
+def note_on_damping(damping: DampingCollinearity) -> str:
     """Note on the part of C_m q_hat that these manoeuvres cannot separate from C_m alpha_dot_hat."""
     least, most = damping.parts
     own = f"{number(100.0 * damping.independent)} %" if damping.independent > 1e-3 else "less than 0.1 %"
     return (
-        f"C_m q_hat is a sum: it holds {number(damping.aliased)} times a C_m alpha_dot_hat "
-        f"that the model may lack, of whose column these manoeuvres show {own} apart "
-        f"from the declared terms. With one of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat) its own part is "
-        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the bound does "
-        "not count that."
+        f"C_m q_hat is a combined derivative: it includes {number(damping.aliased)} times the C_m alpha_dot_hat that "
+        f"the model may lack; {own} of that regressor is independent of the declared terms in these manoeuvres. With a "
+        f"C_m alpha_dot_hat of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat), C_m q_hat alone is "
+        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the standard "
+        "error does not include this."
     )
 
 
-def _declared_estimate(question: Question, settings: LoopSettings, progress: Progress) -> Refinement:
+def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:
     """Maximum-likelihood estimate of the declared structure."""
     progress("re-estimating the declared model")
     return refine(
-        _begun(question.declared, settings.start),
-        question.manoeuvres,
-        question.free,
-        effects=question.given,
-        priors=_priors(question.aircraft) if settings.priors else (),
+        _with_start_values(problem.declared, settings.start),
+        problem.manoeuvres,
+        problem.free,
+        effects=problem.given,
+        priors=_priors(problem.aircraft) if settings.priors else (),
         settings=NEARBY if settings.start else WRONG_STRUCTURE,
     )
 
 
-def by_likelihood(question: Question, settings: LoopSettings, progress: Progress, *, closed: bool = False) -> Answer:
-    """Score tests, trial fits and maximum likelihood; `closed`: kinematics show that the air rests."""
-    manoeuvres, declared = question.manoeuvres, question.declared
-    agreement = question.agreement(settings)
-    before = _declared_estimate(question, settings, progress)
-    progress("tracing the residual")
-    hypotheses = question.hypotheses(settings.catalogue)
+def by_likelihood(
+    problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool = False
+) -> MethodResult:
+    """Score tests, trial fits and maximum likelihood; `closed`: the air is calm by kinematics."""
+    manoeuvres, declared = problem.manoeuvres, problem.declared
+    agreement = problem.agreement(settings)
+    before = _declared_estimate(problem, settings, progress)
+    progress("determining the structure from the residual")
+    hypotheses = problem.hypotheses(settings.catalogue)
     if settings.catalogue == "terms":
         quiet = replace(settings.attribution, disturbances=False)
-        found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, question.others)
+        found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, problem.others)
         search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
-        return Answer(eliminate_by_wald_test(found, search), search, agreement=agreement)
-    attribution = question.attribution(settings.attribution, closed=closed)
+        return MethodResult(eliminate_by_wald_test(found, search), search, agreement=agreement)
+    attribution = problem.attribution(settings.attribution, closed=closed)
     found = attribute(
         before,
         manoeuvres,
         hypotheses,
-        question.aircraft.coefficients,
+        problem.aircraft.coefficients,
         attribution,
         declared,
-        question.others,
+        problem.others,
         moving_air=agreement is not None and agreement.is_gusty,
     )
-    search = StructureSearch(manoeuvres, hypotheses, question.aircraft.coefficients, before, attribution, declared)
+    search = StructureSearch(manoeuvres, hypotheses, problem.aircraft.coefficients, before, attribution, declared)
     found = eliminate_by_wald_test(found, search)
-    found = with_equivalent_causes(found, question.aircraft, manoeuvres)
+    found = with_equivalent_causes(found, problem.aircraft, manoeuvres)
     rivals = indistinguishable_terms(found, manoeuvres, hypotheses)
-    return Answer(
+    return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),
         search,
         tuple(rivals),
@@ -338,41 +344,41 @@ def by_likelihood(question: Question, settings: LoopSettings, progress: Progress
 
 
 def by_model_error(
-    question: Question, settings: LoopSettings, progress: Progress, first: Answer | None = None
-) -> Answer:
+    problem: IdentificationProblem, settings: LoopSettings, progress: Progress, first: MethodResult | None = None
+) -> MethodResult:
     """Prefilter, continuous IEBMEE with the fixed interval, partial correlation with d(t), recursive least squares.
 
-    `first`: another method's answer to the same question, of which the hypotheses and the motion are taken.
+    `first`: another method's result for the same problem, whose hypotheses and motion are used.
     """
     progress("re-estimating the declared model")
     known = first.search.hypotheses if first is not None else ()
-    hypotheses = known or question.hypotheses(settings.catalogue)
+    hypotheses = known or problem.hypotheses(settings.catalogue)
     found, selection = attribute_by_model_error(
-        question.declared,
-        question.manoeuvres,
-        question.free,
-        question.given,
+        problem.declared,
+        problem.manoeuvres,
+        problem.free,
+        problem.given,
         hypotheses,
-        question.aircraft.coefficients,
+        problem.aircraft.coefficients,
         settings.chain,
         settings.model_error,
         progress,
         first.found if first is not None else None,
     )
     search = StructureSearch(
-        question.manoeuvres,
+        problem.manoeuvres,
         hypotheses,
-        question.aircraft.coefficients,
+        problem.aircraft.coefficients,
         found.before,
         settings.attribution,
-        question.declared,
+        problem.declared,
     )
     notes = tuple(note_on_unobservable(selection))
-    return Answer(found, search, notes=notes, deciding="iebmee", agreement=question.agreement(settings))
+    return MethodResult(found, search, notes=notes, method="iebmee", agreement=problem.agreement(settings))
 
 
-def _begun(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
-    """The declared model with other values of its terms to begin from, where some are given."""
+def _with_start_values(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
+    """The declared model with the given start values of its terms, where there are any."""
     if not start:
         return declared
     values = declared.values.copy()

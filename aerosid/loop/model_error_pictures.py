@@ -28,7 +28,7 @@ from aerosid.search.attribution import Attribution
 
 @dataclass(frozen=True)
 class PrefilterNote:
-    """The prefilter that fed the model-error recursion, and what it does to the estimates."""
+    """Prefilter of the model-error recursion, and its effect on the estimates."""
 
     kind: str
     cut_off_hz: float | None
@@ -38,7 +38,7 @@ class PrefilterNote:
 
 @dataclass(frozen=True)
 class ModelErrorPictures:
-    """What the paper's chain shows: the completed structure's values, with and without the filter, and its pictures."""
+    """Results of the paper's chain: values of the completed structure with and without the filter, and pictures."""
 
     chain: Chain
     unfiltered: Chain
@@ -90,12 +90,12 @@ def model_error_pictures(
 
 
 def prefilter_note(seen: ModelErrorPictures | None, settings: LoopSettings) -> PrefilterNote:
-    """Which prefilter fed the recursion, and by how much it moves the estimates of recursive least squares."""
+    """Prefilter of the recursion, and its effect on the recursive least-squares estimates."""
     if not settings.paper_chain:
-        return PrefilterNote("off", None, "The model error d(t) was not asked for.", "")
+        return PrefilterNote("off", None, "The model error d(t) was not requested.", "")
     filtering = settings.chain.filtering
     if seen is None:
-        return PrefilterNote(filtering, None, "The model-error recursion broke down on this flight.", "")
+        return PrefilterNote(filtering, None, "The model-error recursion failed on this flight.", "")
     fed = seen.chain.fed[0]
     if fed.cut_off is None:
         return PrefilterNote("off", None, "Switched off.", "")
@@ -107,8 +107,8 @@ def prefilter_note(seen: ModelErrorPictures | None, settings: LoopSettings) -> P
     most = int(np.nanargmax(moved))
     coefficient, term = seen.chain.entries[most]
     effect = (
-        f"Without the filter the estimates of recursive least squares move by {number(float(np.nanmedian(moved)), 2)} "
+        f"Without the filter the recursive least-squares estimates change by {number(float(np.nanmedian(moved)), 2)} "
         f"standard errors in the median and by at most {number(float(moved[most]), 2)} ({coefficient} {term}); the "
-        "refined values do not use it."
+        "final estimates do not use it."
     )
     return PrefilterNote(filtering, fed.cut_off.cut_off_hz, reason, effect)

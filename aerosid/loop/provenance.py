@@ -1,4 +1,4 @@
-"""Provenance of a result: the settings that are not the usual ones, and who asked for it how."""
+"""Provenance of a result: non-default settings, command line and analyst."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aerosid.loop.settings import LoopSettings
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a signature under a result refers to, beside its inputs.
+    """Provenance that a signature refers to, in addition to the inputs.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Provenance:
 
 
 NOBODY = Provenance()
-"""Where nobody says who asked."""
+"""Provenance without analyst or command line."""
 
 
 def unusual_settings(settings: LoopSettings) -> dict[str, Any]:

@@ -60,23 +60,23 @@ class ClosedLoop:
     innovations: tuple[InnovationRow, ...]
     correlation: CorrelationMatrix
     notes: tuple[str, ...]
-    """What was assumed and what a reader must know, one sentence each."""
+    """Assumptions and remarks, one sentence each."""
     linear: tuple[LinearRow, ...] = ()
     """The declared and the completed model linearised at the flight's condition; a model without a trim is left out."""
     next_flight: NextFlight | None = None
     """What to fly next, where something is left to decide."""
     regressors: tuple[RegressorPicture, ...] = ()
-    """The model error against the found terms and their closest rivals."""
+    """The model error against the identified terms and their closest competing terms."""
     kinematics: KinematicConsistency | None = None
     """Whether the instruments agree with each other; None where too few channels are there."""
     hold_out: tuple[FlightLog, ...] = ()
     """Logs that no decision touched: predicted by the completed model after everything else."""
     decided_by_validation: tuple[str, ...] = ()
-    """What the validation logs confirmed and refuted, a few words each; empty where they changed nothing."""
+    """Effects confirmed and refuted by the validation logs, a few words each; empty without any."""
     second_opinion: SecondOpinion | None = None
-    """Whether the model error d(t) alone says the same; None where it was not asked, or decided itself."""
+    """Cross-check by the model error d(t) alone; None where it was not requested, or decided itself."""
     decided_by: Method = "likelihood"
-    """The method whose answer it is: of the default, that which the air and the recorder allow."""
+    """The method that decided: with the default, the one that turbulence and recorder allow."""
     predictions: tuple[PredictionRow, ...] = ()
     """What of each channel the models explain one step and five seconds ahead, and in open loop."""
     provenance: Provenance = NOBODY
@@ -99,5 +99,5 @@ class ClosedLoop:
         return frames.errors_frame(self.errors)
 
     def effects_frame(self) -> pd.DataFrame:
-        """What the declared model lacks, one row an effect, indexed by rank."""
+        """The missing effects, one row each, indexed by rank."""
         return frames.effects_frame(self.effects)

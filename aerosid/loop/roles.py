@@ -1,4 +1,4 @@
-"""Roles of the logs of one loop: fitted, predicted with a say in what is named, or held out from every decision."""
+"""Roles of the logs of one loop: identification, validation (may refute effects), or hold-out (no decision)."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def require_separate(
 
 
 def named_apart(*parts: Sequence[FlightLog]) -> tuple[tuple[FlightLog, ...], ...]:
-    """The logs, those that share a name told apart: by their folders, by their spans, or else by numbers.
+    """The logs, with those of one name distinguished by folder, by span, or else by number.
 
-    Recorders number their files anew each day, and a name tells in which flight an effect happens.
+    Recorders restart their file numbers each day, and the name identifies the flight of an effect.
     """
     given = [log for part in parts for log in part]
     names = [log.name for log in given]

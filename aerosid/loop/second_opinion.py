@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.loop.methods import Answer, Question, by_model_error
+from aerosid.loop.methods import IdentificationProblem, MethodResult, by_model_error
 from aerosid.loop.model_validation.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.swept_model import SweepSettings
@@ -41,18 +41,18 @@ QUICK = ModelErrorSearchSettings(
         halvings=1,
     ),
 )
-"""A second opinion may cost a fifth of the loop: few trial fits, the statistics of d(t) sought once a structure."""
+"""The cross-check may cost a fifth of the loop: few trial fits, the statistics of d(t) estimated once a structure."""
 
 
 @dataclass(frozen=True)
-class RivalStructure:
-    """What one method found, and its error.
+class CompetingStructure:
+    """Structure identified by one method, and its error.
 
     Attributes
     ----------
     method : str
     effects : tuple of str
-        As a person writes them; empty where nothing was named.
+        As they are printed; empty where none was identified.
     error : float or None
         Median over channels and logs of the root-mean-square error over the noise, on flights that were not fitted
         (without such, on those that were), of the channels whose noise can be estimated; None where there is none, and
@@ -73,63 +73,63 @@ class SecondOpinion:
     agrees : bool
         Whether both methods name the same effects.
     sentence : str
-        The same for a person.
+        The same as a sentence.
     role : str
         Of the flights on which the errors were taken: "validation" or "identification".
-    structures : tuple of RivalStructure
+    structures : tuple of CompetingStructure
         Side by side, where the methods differ; one row where they agree.
     error_ratio : float or None
-        Where they differ: the error of the model that d(t) names over that of the deciding method's, channel by
+        Where they differ: the error of the model identified from d(t) over that of the deciding method's, channel by
         channel, the median; below 1 the former predicts better. None where a simulation left its range.
     """
 
     agrees: bool
     sentence: str
     role: str
-    structures: tuple[RivalStructure, ...]
+    structures: tuple[CompetingStructure, ...]
     error_ratio: float | None = None
 
 
-def second_opinion(question: Question, first: Answer, settings: LoopSettings) -> SecondOpinion:
+def second_opinion(problem: IdentificationProblem, first: MethodResult, settings: LoopSettings) -> SecondOpinion:
     """Attribution by method iebmee on the same flights, compared with that of the deciding method.
 
     Disturbances (gusts, forces of any shape) are statistics and no part of the comparison of names.
     """
     found = first.found
-    role = "validation" if question.others else "identification"
-    flights = question.others or question.manoeuvres
+    role = "validation" if problem.others else "identification"
+    flights = problem.others or problem.manoeuvres
     names = _names(found)
     errors = _errors(found, flights)
-    own = RivalStructure(first.deciding, names, _over_noise(errors, flights))
+    own = CompetingStructure(first.method, names, _over_noise(errors, flights))
     try:
-        # Where the first answer needs no moving air, its search in d(t) would only cost: d(t) takes in what is left.
+        # Without turbulence in the first result, a search for it in d(t) would only cost time.
         quick = replace(QUICK, gusts=bool(_disturbances(found)))
-        asked = replace(settings, model_error=quick)
-        other = by_model_error(question, asked, lambda _stage: None, first).found
+        quick_settings = replace(settings, model_error=quick)
+        other = by_model_error(problem, quick_settings, lambda _stage: None, first).found
     except EstimationError as error:
-        return SecondOpinion(False, no_second_opinion(error), role, (own,))
+        return SecondOpinion(False, note_without_second_opinion(error), role, (own,))
     others = _names(other)
     if set(names) == set(others):
-        told = f"names {_listed(names)} too" if names else "names nothing either"
-        return SecondOpinion(True, f"The model error d(t) alone (method iebmee) {told}.", role, (own,))
+        result = f"identifies {_listed(names)} too" if names else "identifies no effect either"
+        return SecondOpinion(True, f"The model error d(t) alone (method iebmee) {result}.", role, (own,))
     theirs = _errors(other, flights)
-    rival = RivalStructure("iebmee", others, _over_noise(theirs, flights))
+    competing = CompetingStructure("iebmee", others, _over_noise(theirs, flights))
     ratio = _ratio(theirs, errors)
     sentence = (
-        f"The two methods differ: {DECIDING[first.deciding]} {_listed(names)}, the model error d(t) alone "
-        f"(method iebmee) {_listed(others)}. {_told(ratio, role, len(flights))}"
+        f"The two methods differ: {DECIDING[first.method]} {_listed(names)}, the model error d(t) alone "
+        f"(method iebmee) {_listed(others)}. {_comparison(ratio, role, len(flights))}"
     )
-    return SecondOpinion(False, sentence, role, (own, rival), ratio)
+    return SecondOpinion(False, sentence, role, (own, competing), ratio)
 
 
-DECIDING = {"likelihood": "the likelihood names", "equations": "the equations name"}
-"""The methods that decide where d(t) is asked second, each with its verb."""
+DECIDING = {"likelihood": "the likelihood identifies", "equations": "the equations identify"}
+"""The deciding methods with which d(t) is compared, each with its verb."""
 
 
-def no_second_opinion(error: EstimationError) -> str:
-    """Why there is none; what the error advises beside it, the default method, is what was asked first."""
+def note_without_second_opinion(error: EstimationError) -> str:
+    """Reason why there is none, without the error's advice to use the default method, which was used already."""
     reason = str(error).partition(";")[0].rstrip(".")
-    return f"The model error d(t) gives no second opinion: {reason}."
+    return f"No cross-check by the model error d(t): {reason}."
 
 
 def _names(found: Attribution) -> tuple[str, ...]:
@@ -144,11 +144,11 @@ def _disturbances(found: Attribution) -> set[tuple[str, str]]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    return " and ".join(names) or "nothing"
+    return " and ".join(names) or "no effect"
 
 
-def _told(ratio: float | None, role: str, count: int) -> str:
-    """Which of the two models follows the flights better."""
+def _comparison(ratio: float | None, role: str, count: int) -> str:
+    """Sentence on the ratio of the open-loop errors of the two models."""
     flights = f"{role} flight{'s' if count > 1 else ''}"
     if ratio is None:
         return f"No errors on the {flights} can be compared: a simulation leaves its range."
@@ -165,10 +165,10 @@ def _errors(found: Attribution, flights: Sequence[Manoeuvre]) -> list[dict[str, 
     ]
 
 
-def _ratio(errors: Sequence[dict[str, float | None]], beside: Sequence[dict[str, float | None]]) -> float | None:
+def _ratio(errors: Sequence[dict[str, float | None]], reference: Sequence[dict[str, float | None]]) -> float | None:
     """Median over channels and flights of one model's errors over another's."""
     ratios = []
-    for ours, theirs in zip(errors, beside, strict=True):
+    for ours, theirs in zip(errors, reference, strict=True):
         for channel, error in ours.items():
             other = theirs[channel]
             if error is None or other is None:

@@ -14,10 +14,10 @@ from aerosid.search.settings import AttributionSettings
 Method = Literal["evidence", "likelihood", "equations", "iebmee"]
 
 METHODS: tuple[Method, ...] = ("evidence", "likelihood", "equations", "iebmee")
-"""The first decides unless another one is asked for."""
+"""The first is the default."""
 
 Progress = Callable[[str], None]
-"""Is told the name of each stage as it begins."""
+"""Called with the name of each stage as it begins."""
 
 
 @dataclass(frozen=True)
@@ -29,34 +29,34 @@ class LoopSettings:
     chain : ChainSettings
         Prefilter, model-error estimator and recursive least squares.
     method : "evidence", "likelihood", "equations" or "iebmee"
-        What decides the structure: score tests of the simulated flight's likelihood, the kinematic and coefficient
-        equations with coloured residuals, or the model error d(t) of Parameswaran & Raol 1994. With "evidence" the
-        first where kinematics close at the sensors' noise, the second where they do not.
+        Method of structure determination: score tests of the simulated flight's likelihood, the kinematic and
+        coefficient equations with coloured residuals, or the model error d(t) of Parameswaran & Raol 1994. With
+        "evidence" the first where kinematics close at the sensors' noise, the second where they do not.
     model_error : ModelErrorSearchSettings
         Of method iebmee.
     attribution : AttributionSettings
-        Which evidence lets a term enter where terms alone are asked for.
+        Criteria for a term to enter where the catalogue is of terms alone.
     equation_error : EquationErrorSettings
-        Which evidence of the kinematic and coefficient equations lets anything enter.
+        Criteria of the kinematic and coefficient equations for an effect to enter.
     catalogue : "all" or "terms"
         Which kinds of effect are considered: all of them, or aerodynamic terms alone, for studies of many runs.
     paper_chain : bool
-        Whether the model error d(t), its correlations and recursive least squares are wanted beside the estimate.
+        Whether the model error d(t), its correlations and recursive least squares are computed too.
     second_opinion : bool
-        Whether method iebmee is asked too where the likelihood decides.
+        Whether method iebmee is run as a cross-check where the likelihood decides.
     linear_analysis : bool
-        Whether modes and flying qualities of the models are wanted.
+        Whether modes and flying qualities of the models are computed.
     kinematics : bool
         Whether the instruments are compared by kinematics first.
     priors : bool
         Whether the a-priori values of the aircraft file enter the estimate with their sigma; by default the flight
-        alone speaks.
+        data alone.
     seed : int
         Of every random draw; reported.
     flight_phase, aircraft_class : str or None
         Category and class for the levels of MIL-F-8785C; by default the aircraft file's, else B and II.
     next_flight : bool
-        Whether an input is designed where something is left to decide.
+        Whether an input is designed where a question is open.
     limits : mapping of str to (float, float)
         Of that input: alpha, n_z, V, theta, beta, phi, surfaces and their rates (delta_e_rate), SI; they win over those
         of the aircraft file.
@@ -85,4 +85,4 @@ class LoopSettings:
 
 
 USUAL = LoopSettings()
-"""The settings of a loop unless told otherwise."""
+"""The default settings of a loop."""

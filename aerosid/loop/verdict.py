@@ -12,7 +12,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.judgement_settings import JUDGEMENT
-from aerosid.loop.model_validation.error_reduction import told_of_reduction
+from aerosid.loop.model_validation.error_reduction import error_reduction_sentence
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import listed, with_deviation
 from aerosid.search.attribution import Attribution
@@ -21,14 +21,14 @@ from aerosid.search.findings import named
 
 
 class Verdict(Enum):
-    """The outcome of a loop; each value is a sentence for a person."""
+    """The outcome of a loop; each value is a sentence for the report."""
 
-    EXPLAINED = "The named effects explain what the declared model lacks, down to the measurement noise."
-    PARTLY_EXPLAINED = "The named effects are there, but more is missing than they explain."
-    UNEXPLAINED = "The declared model is wrong, and nothing in the library explains how."
-    NOTHING_MISSING = "With its derivatives re-estimated the declared model explains the flight down to the noise."
-    NOT_EXCITED = "The manoeuvre does not excite the aircraft enough to show anything."
-    INCONSISTENT_DATA = "The measured channels contradict one another; no aerodynamic model can follow them all."
+    EXPLAINED = "The identified effects account for the residual of the declared model down to the measurement noise."
+    PARTLY_EXPLAINED = "The identified effects are significant, but they do not account for the whole residual."
+    UNEXPLAINED = "The declared model is wrong, and no effect in the library accounts for the residual."
+    NOTHING_MISSING = "With its derivatives re-estimated, the declared model fits the flight down to the noise."
+    NOT_EXCITED = "The manoeuvre does not excite the aircraft enough for identification."
+    INCONSISTENT_DATA = "The measured channels contradict one another; no aerodynamic model can fit them all."
 
 
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:
@@ -56,10 +56,10 @@ MOTION = ("alpha", "beta", "p", "q", "r")
 
 
 def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
-    """Whether the flights are excited and show any derivative at all.
+    """Whether the flights are excited and any derivative is significant.
 
     By the standard error as published, no smaller than the Cramer-Rao bound. An estimate from noise alone may be far
-    from zero in its own standard errors, since the estimator is not linear: so the motion is asked for as well.
+    from zero in its own standard errors, since the estimator is not linear: so the motion is tested as well.
     """
     completed, uncertainty = found.completed, found.completed_deviations
     # Constants are known from any level flight; what depends on the motion needs one.
@@ -76,38 +76,38 @@ def _moves(manoeuvre: Manoeuvre) -> bool:
     return bool(np.any(manoeuvre.spread[places] > JUDGEMENT.moves * manoeuvre.noise[places]))
 
 
-_SAID = 4
-"""Display: effects that the sentence names; the table behind it has all."""
+_LISTED = 4
+"""Display: effects that the summary lists; the table has all."""
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
-    """A sentence for a person: what is missing, and what naming it does to the error where nothing was fitted."""
+    """Summary: the missing effects, and the error reduction on flights not used in the fit."""
     sentence = verdict.value
     if effects:
-        told = [_named(effect) for effect in effects[:_SAID]]
-        further = [f"{len(effects) - _SAID} more"] if len(effects) > _SAID else []
-        sentence = f"The declared model lacks {listed([*told, *further])}."
+        shown = [_named(effect) for effect in effects[:_LISTED]]
+        further = [f"{len(effects) - _LISTED} more"] if len(effects) > _LISTED else []
+        sentence = f"The declared model lacks {listed([*shown, *further])}."
         if verdict is Verdict.PARTLY_EXPLAINED:
-            sentence += " More is missing than this explains."
+            sentence += " A significant residual remains."
     if verdict is Verdict.NOT_EXCITED:
         return f"{sentence} The completed aircraft keeps every declared value."
-    return f"{sentence} {told_of_reduction(errors)}".strip()
+    return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
-def told_of_refuted(refuted: Sequence[tuple[str, str, str]], *, by_blocks: bool = False) -> list[str]:
-    """One sentence for each effect (kind, where, term) that the unseen refuted.
+def notes_on_refuted(refuted: Sequence[tuple[str, str, str]], *, by_blocks: bool = False) -> list[str]:
+    """One sentence for each effect (kind, where, term) refuted by validation.
 
-    `by_blocks`: parts of the identification flights, each predicted from the rest, in place of validation flights.
+    `by_blocks`: cross-validation on parts of the identification flights, each predicted from the rest.
     """
-    unseen = "parts of them from the rest" if by_blocks else "the validation flights"
+    predicted = "of parts of them from the rest" if by_blocks else "of the validation flights"
     return [
-        f"{_begun(*label)} would explain the identification flights better, and predicts {unseen} worse: "
-        "it is not what is missing, and is not named."
+        f"{_capitalised(*label)} would improve the fit of the identification flights but degrades the prediction "
+        f"{predicted}: refuted, and not included."
         for label in refuted
     ]
 
 
-def _begun(kind: str, where: str, term: str) -> str:
+def _capitalised(kind: str, where: str, term: str) -> str:
     """An effect at the beginning of a sentence: `C_m alpha^2`, `A sensor scale of theta`."""
     if kind == "aero_term":
         return f"{where} {term}"
@@ -121,26 +121,26 @@ def _place(kind: str, where: str) -> str:
     return f" {'along' if along else 'of'} {where}" if where else ""
 
 
-def told_of_decisions(found: Attribution) -> tuple[str, ...]:
-    """What the unseen flights, or parts, decided, a few words each; empty where they changed nothing."""
+def validation_decisions(found: Attribution) -> tuple[str, ...]:
+    """Effects confirmed and refuted by validation, a few words each; empty where there is none."""
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
     return (*confirmed, *(f"refuted {named(label)}" for label in found.refuted))
 
 
-def told_of_colour(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
+def notes_on_coloured_noise(coloured: Sequence[tuple[str, str, float]]) -> list[str]:
     """One sentence for each log whose sensors have coloured noise: (log, channel, memory) each."""
     sentences = []
     for log in dict.fromkeys(log for log, _, _ in coloured):
         channels = ", ".join(f"{name} ({memory:.2f})" for place, name, memory in coloured if place == log)
         sentences.append(
-            f"{log}: the noise of {channels} is coloured (correlation of neighbouring samples): it counts as noise and "
-            "not as something that is missing, and the standard errors allow for it."
+            f"{log}: the noise of {channels} is coloured (lag-1 autocorrelation): it is treated as noise and not as a "
+            "missing effect, and the standard errors are corrected for it."
         )
     return sentences
 
 
 def _named(effect: Effect) -> str:
-    """An effect with its number, as a person writes it."""
+    """An effect with its estimate, for a sentence."""
     if effect.kind == "aero_term":
         return f"{effect.where} {effect.term} = {with_deviation(effect.value, effect.std_error)}"
     unit = "" if effect.unit == "1" else f" {effect.unit}"

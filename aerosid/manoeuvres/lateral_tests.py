@@ -24,12 +24,12 @@ def rudder_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list[S
         shape = input_shape(excursion.deviation, record.interval, float(record.unit[excursion.first]), settings)
         reason = not_a_test(record, excursion, shape, settings)
         if reason is None and excursion.answer < settings.clear_yaw:
-            reason = f"the answer in yaw of {excursion.answer:.2f} rad per V/g is too weak to tell a derivative"
+            reason = f"the yaw response of {excursion.answer:.2f} rad per V/g is too weak to determine a derivative"
         stretch = None if reason else _yaw_kind(record, excursion, shape, others, settings)
         if stretch is not None:
             found.append(stretch)
         else:
-            reason = reason or "the rudder is flown by hand: neither steps nor a known input"
+            reason = reason or "the rudder input is neither steps nor a known test input"
             rejected.append(Rejected(excursion.first, max(excursion.last, excursion.answer_last), "delta_r", reason))
     return found, rejected
 
@@ -96,7 +96,7 @@ def aileron_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list[
         shape = input_shape(excursion.deviation, record.interval, float(record.unit[excursion.first]), settings)
         reason = not_a_test(record, excursion, shape, settings)
         if reason is None and excursion.answer < settings.clear_roll:
-            reason = f"the answer in roll of {excursion.answer:.2f} rad per V/g is that of a turn's entry"
+            reason = f"the roll response of {excursion.answer:.2f} rad per V/g is that of a turn entry"
         train = even_steps(shape, settings) and excursion.answer >= settings.clear_train * settings.clear_roll
         known = shape.name in STANDARD_SHAPES or train
         if reason is None and known:
@@ -105,7 +105,7 @@ def aileron_tests(record: FlightRecord, settings: FinderSettings) -> tuple[list[
             last = answer_end(record, excursion, shape, record.roll, settings)
             found.append(Stretch(kind, excursion.first, last, "delta_a", shape_detail(shape), strength))
         else:
-            reason = reason or "the aileron is flown by hand: neither steps nor a known input"
+            reason = reason or "the aileron input is neither steps nor a known test input"
             rejected.append(Rejected(excursion.first, max(excursion.last, excursion.answer_last), "delta_a", reason))
     return found, rejected
 

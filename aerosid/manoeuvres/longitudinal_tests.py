@@ -65,7 +65,7 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
         return found(shape.name)
     sharp = _onset(record, excursion, shape) <= settings.onset
     if not sharp:
-        return "the elevator is flown by hand: it moves slowly"
+        return "the elevator moves slowly: no test input"
     if (slope := _speed_change_before(record, excursion)) > settings.steady_speed:
         return f"the airspeed changes by {slope:.3f} g before it"
     flat = held_share(record, excursion, settings)
@@ -73,23 +73,23 @@ def _judged(record: FlightRecord, excursion: Excursion, shape: InputShape, setti
     train = train and not _outlasted(record, excursion, shape, settings)
     if not train and len(shape.lobes) <= 3 and shape.square >= settings.plain and change >= settings.clear_step:
         if (turned := _path_change(record, excursion)) > 1.5 * settings.path_change:
-            return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
+            return f"the flight path changes by {turned:.2f} rad over it: a level-off or a climb"
         pulse = len(shape.lobes) == 1 and excursion.answer >= settings.clear_pulse
         if flat >= settings.held or pulse:
             return found("short_period")
     if strength < 1.0:
-        return f"the answer of {excursion.answer:.2f} g is too weak to tell a derivative"
+        return f"the response of {excursion.answer:.2f} g is too weak to determine a derivative"
     if len(shape.lobes) == 1 and flat >= settings.flat_pulse:
         if not _released(record, excursion, settings):
-            return "the elevator is not left alone after it: a correction"
+            return "the elevator does not rest after it: a correction"
         if (turned := _path_change(record, excursion)) > 1.5 * settings.path_change:
-            return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
+            return f"the flight path changes by {turned:.2f} rad over it: a level-off or a climb"
         return found("elevator_pulse", excursion.last)
     if even_steps(shape, settings):
         if (turned := _path_change(record, excursion)) > settings.path_change:
-            return f"the flight path is {turned:.2f} rad another after it: a level-off or a climb"
+            return f"the flight path changes by {turned:.2f} rad over it: a level-off or a climb"
         return found("steps" if train else "short_period")
-    return "the elevator is flown by hand: neither steps nor a known input"
+    return "the elevator input is neither steps nor a known test input"
 
 
 def _outlasted(record: FlightRecord, excursion: Excursion, shape: InputShape, settings: FinderSettings) -> bool:
@@ -109,11 +109,11 @@ def not_a_test(record: FlightRecord, excursion: Excursion, shape: InputShape, se
     """Why an excursion, whatever its shape, is no test; None where nothing speaks against it."""
     name = _SURFACES.get(excursion.axis.surface, excursion.axis.surface)
     if not record.airborne[excursion.first : excursion.last + 1].all():
-        return "it is not flown clear of the ground"
+        return "it is flown too close to the ground"
     if excursion.lead_travel > settings.lead_share * excursion.amplitude:
         return f"{name} does not rest before it"
     if shape.name in LONG_SHAPES and _busy_around(record, excursion, settings):
-        return f"{name} is as busy before or after it"
+        return f"{name} moves as much before or after it"
     shaped = shape.name in STANDARD_SHAPES
     quiet = settings.lead_answer_shaped if shaped else settings.lead_answer
     if excursion.lead_answer > quiet * excursion.answer:
@@ -121,11 +121,11 @@ def not_a_test(record: FlightRecord, excursion: Excursion, shape: InputShape, se
     # Where the recording ends first, nobody knows whether it comes back.
     ended = excursion.last + record.samples(settings.lead_in, excursion.last) // 2 >= record.time.size - 1
     if not ended and excursion.left_over > settings.comes_back:
-        return f"{name} does not come back: a change of trim or path"
+        return f"{name} does not return: a change of trim or flight path"
     if excursion.axis is PITCH:
         bank = np.abs(record.get("phi")[excursion.first : excursion.last + 1])
         if float(bank.max(initial=0.0)) > settings.level_bank:
-            return "the aircraft banks meanwhile"
+            return "the aircraft banks during it"
     return None
 
 

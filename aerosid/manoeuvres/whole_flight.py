@@ -78,7 +78,7 @@ def require_manoeuvre(log: FlightLog, settings: FinderSettings = USUAL) -> None:
     Raises
     ------
     LogError
-        With the spans that look useful, or the channel and its unit.
+        With the suitable spans, or the channel and its unit.
     """
     if wrong := degrees_findings(log):
         raise LogError(f"{log.path or log.name}: {wrong[0]}")
@@ -96,7 +96,7 @@ def _is_longitudinal(entry: FoundManoeuvre) -> bool:
 
 
 def whole_flight_sentence(log: FlightLog, settings: FinderSettings = USUAL) -> str | None:
-    """What to do with a whole flight: its length, when it flies, and spans that look useful; None for a manoeuvre."""
+    """Advice on a whole flight: its length, time in the air, and suitable spans; None for a manoeuvre."""
     if not is_whole_flight(log, settings):
         return None
     from aerosid.manoeuvres.segmentation import find_manoeuvres  # late: most logs are no whole flight
@@ -109,12 +109,12 @@ def whole_flight_sentence(log: FlightLog, settings: FinderSettings = USUAL) -> s
     seconds = log.time[-1] - log.time[0]
     ground = ""
     if found.lacking:
-        ground = f", and nothing can be sought in it without {' and '.join(found.lacking)}"
+        ground = f", and manoeuvres cannot be found without {' and '.join(found.lacking)}"
     elif not found.airborne:
         ground = ", and never clear of the ground"
     elif found.airborne[0][0] > found.start + 1.0:
         ground = f", on the ground until {found.airborne[0][0]:.0f} s"
-    looks = f"these look useful: {spans}" if spans else "no manoeuvre was found in it"
+    looks = f"suitable spans: {spans}" if spans else "no manoeuvre was found in it"
     name = log.path or log.name
     return (
         f"{name}: this log is {seconds:.0f} s long{ground}; choose a span as {name}@FROM:TO, with --from and --to, or "

@@ -258,19 +258,19 @@ def _rival(row: CandidateNow, screened: Sequence[CandidateNow], settings: InFlig
 
 
 def _reason(row: CandidateNow, screened: Sequence[CandidateNow], named: int, settings: InFlightSettings) -> str:
-    """Why a candidate is not named at this moment."""
+    """Reason why a candidate is not identified at this time."""
     if row.ratio == 0.0:
-        return "not seen apart from the terms of the model"
+        return "collinear with the terms of the model"
     if row.p_value > settings.false_alarm:
         return f"not significant: p is to be below {settings.false_alarm:g}"
     if (rival := _rival(row, screened, settings)) is not None:
-        return f"not told apart from {rival.label}"
+        return f"not distinguishable from {rival.label}"
     if named >= settings.most:
-        return f"{named} terms are named, which is the most"
+        return f"{named} terms are identified, the maximum"
     strongest = _strongest(screened)
     if strongest is None or strongest is row:
-        return "significant, named with the next frame if it stays so"
-    return f"behind {strongest.label}, which correlates more"
+        return "significant, identified with the next frame if it remains so"
+    return f"less correlated than {strongest.label}"
 
 
 def _late_controls(

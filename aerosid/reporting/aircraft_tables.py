@@ -38,7 +38,7 @@ def print_aircraft(aircraft: Aircraft, console: Console) -> None:
         console.print(f"  candidates for {coefficient}: {', '.join(str(term) for term in terms)}")
     warnings = warnings_about(aircraft)
     for warning in warnings:
-        console.print(f"  look again: {warning}")
+        console.print(f"  check: {warning}")
     if not warnings:
         console.print("  nothing unusual")
 

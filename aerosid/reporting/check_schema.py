@@ -14,7 +14,7 @@ class _Row(BaseModel):
 
 
 class CheckedChannel(_Row):
-    """What one channel is worth: numbers in `unit`, `missing` a share, `stuck` s; null where a number is none."""
+    """Quality of one channel: numbers in `unit`, `missing` a fraction, `stuck` s; null where not a number."""
 
     name: Text
     unit: Text
@@ -29,7 +29,7 @@ class CheckedChannel(_Row):
 
 
 class CheckedFinding(_Row):
-    """One thing that is wrong with a log, and what to do."""
+    """One problem of a log, and its remedy."""
 
     problem: Text
     subject: Text
@@ -37,7 +37,7 @@ class CheckedFinding(_Row):
 
 
 class CheckedLog(_Row):
-    """One log, s: sampling, channels, what is wrong, whether its instruments agree, and the closing sentence."""
+    """One log, s: sampling, channels, problems, data compatibility, and the closing sentence."""
 
     log: Text
     path: Text

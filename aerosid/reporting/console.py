@@ -43,13 +43,13 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     console.print(Text(result.verdict.name.lower().replace("_", " "), style=_STYLES[result.verdict]))
     console.print(Text(in_words(result.summary)), soft_wrap=True)
     if result.effects:
-        console.print(_effects("What the declared model lacks", result.effects))
+        console.print(_effects("Effects missing from the declared model", result.effects))
     if result.alternatives:
-        console.print(_effects("What these manoeuvres cannot tell from it", result.alternatives))
+        console.print(_effects("Indistinguishable alternatives", result.alternatives))
     if result.second_opinion is not None:
         console.print(Text(in_words(result.second_opinion.sentence)), soft_wrap=True)
         if len(result.second_opinion.structures) > 1:
-            console.print(_rivals(result.second_opinion))
+            console.print(_structures(result.second_opinion))
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
@@ -58,7 +58,7 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
 
 
 def print_predictions(result: ClosedLoop, console: Console) -> None:
-    """Prints what of the motion of the last flight, one that was not fitted where any is, is explained ahead."""
+    """Prints R^2 of predictions of the last flight, one not used in the fit where there is any."""
     if result.predictions:
         last = result.predictions[-1]
         rows = [row for row in result.predictions if row.log == last.log]
@@ -66,7 +66,7 @@ def print_predictions(result: ClosedLoop, console: Console) -> None:
 
 
 def print_next_flight(result: ClosedLoop, console: Console) -> None:
-    """Prints what to fly next, where something is left to decide."""
+    """Prints the next flight, where a question is open."""
     if result.next_flight is not None:
         console.print(Text(in_words(_next_flight(result.next_flight))), soft_wrap=True)
 
@@ -88,7 +88,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
         evidence = effect.evidence
         gain = evidence.validation_gain if evidence.hold_out_gain is None else evidence.hold_out_gain
         said = number(effect.worse_by, 2) if listed else MISSING if gain is None else number(gain, 2)
-        sentence = effect_sentence(effect) + (f", in place of {effect.instead_of}" if effect.instead_of else "")
+        sentence = effect_sentence(effect) + (f", replacing {effect.instead_of}" if effect.instead_of else "")
         cells = (
             str(effect.rank),
             sentence,
@@ -102,7 +102,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
 
 
 def _predictions(log: str, role: str, rows: Sequence[PredictionRow]) -> Table:
-    title = f"Share of the motion of {log} ({in_words(role)}) that the re-estimated and the completed model explain"
+    title = f"R^2 of {log} ({in_words(role)}), re-estimated -> completed model"
     table = _table(title, ("",), ("one step ahead", "five seconds ahead", "open loop"))
     for channel in dict.fromkeys(row.channel for row in rows):
         at = {row.horizon: row.r2 for row in rows if row.channel == channel}
@@ -112,26 +112,26 @@ def _predictions(log: str, role: str, rows: Sequence[PredictionRow]) -> Table:
     return table
 
 
-def _rivals(opinion: SecondOpinion) -> Table:
-    """Rival structures side by side."""
-    table = _table("What two methods find", ("method", "effects"), (f"error, {opinion.role}, first = 1",))
+def _structures(opinion: SecondOpinion) -> Table:
+    """Competing structures of the two methods."""
+    table = _table("Comparison of two methods", ("method", "effects"), (f"error, {opinion.role}, first = 1",))
     for row, times in zip(opinion.structures, (1.0, opinion.error_ratio), strict=False):
-        cells = (row.method, "; ".join(row.effects) or "nothing", number(times, 3))
+        cells = (row.method, "; ".join(row.effects) or "none", number(times, 3))
         table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table
 
 
 def _next_flight(ahead: NextFlight) -> str:
-    """What to fly next, and how much of what is open it decides, in one sentence."""
+    """The next flight and the open questions that it answers, in one sentence."""
     if ahead.input is None:
-        return f"What to fly next: {ahead.note}"
+        return f"Next flight: {ahead.note}"
     decided = [question for question in ahead.questions if question.repeats is not None]
     flights = max(question.repeats or 1 for question in decided)
     times = "once" if flights == 1 else f"{flights} times"
     amplitude = number(shown_unit("rad").factor * ahead.input.amplitude, 2)
     return (
-        f"What to fly next: {ahead.input.name}, {amplitude} deg, {times} "
-        f"(next_input.csv); it is expected to decide {len(decided)} of {len(ahead.questions)} open questions."
+        f"Next flight: {ahead.input.name}, {amplitude} deg, {times} "
+        f"(next_input.csv); expected to answer {len(decided)} of {len(ahead.questions)} open questions."
     )
 
 
@@ -146,7 +146,7 @@ def _derivatives(result: ClosedLoop) -> Table:
             row.term,
             number(row.declared, 4),
             number(row.refitted, 4),
-            estimate if row.shown else f"{number(row.value, 4)}, not shown ({estimate})",
+            estimate if row.shown else f"{number(row.value, 4)}, not significant ({estimate})",
             number(row.correlation_max, 2),
         )
         table.add_row(*map(Text, cells))
@@ -154,7 +154,7 @@ def _derivatives(result: ClosedLoop) -> Table:
 
 
 def _errors(log: str, role: str, rows: Sequence[ErrorRow]) -> Table:
-    title = f"Error of {log} ({in_words(role)}), root-mean-square of measured minus simulated"
+    title = f"Open-loop error of {log} ({in_words(role)}), root-mean-square"
     table = _table(title, ("", "unit"), ("declared", "before", "after", "trimmed", "noise", "before/after"))
     for row in rows:
         numbers = (row.declared, row.before, row.after, row.trimmed, None if row.noise_doubt else row.noise)

@@ -24,13 +24,13 @@ def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]
             "role": role,
             "label": label_of(role, result),
             "rows": (held := [row for row in rows if (row.log, row.role) == (log, role)]),
-            "doubts": told_of_doubt(held),
+            "doubts": note_on_unknown_noise(held),
         }
         for log, role in logs
     ]
 
 
-def told_of_doubt(rows: Sequence[ErrorRow]) -> str:
+def note_on_unknown_noise(rows: Sequence[ErrorRow]) -> str:
     """Whose noise of one log cannot be estimated, and why; empty where all can."""
     channels: dict[str, list[str]] = {}
     for row in rows:
@@ -39,7 +39,7 @@ def told_of_doubt(rows: Sequence[ErrorRow]) -> str:
     if not channels:
         return ""
     reasons = "; ".join(f"{listed(names)} ({doubt})" for doubt, names in channels.items())
-    return f"The noise cannot be estimated from the recording for {reasons}: nothing is said in units of it."
+    return f"The noise cannot be estimated from the recording for {reasons}: no error is given in units of it."
 
 
 def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:

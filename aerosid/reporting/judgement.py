@@ -1,4 +1,4 @@
-"""Remarks on a result: what an engineer has to decide, and what the flights do not prove."""
+"""Remarks on a result: the decision that the engineer has to make, and the open points."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from aerosid.reporting.settings import REMARKS
 from aerosid.reporting.words import effect_name, shown_unit
 
 DECISIONS = {
-    Verdict.EXPLAINED: "Decide whether the declared model gives way to completed_aircraft.toml. "
-    "Read first what is not proven.",
-    Verdict.PARTLY_EXPLAINED: "Decide whether the effects below are adopted although more is missing. The residual "
-    "strips show when and in which channels; a manoeuvre that excites these moments would say more.",
+    Verdict.EXPLAINED: "Decide whether completed_aircraft.toml replaces the declared model. "
+    "Read the open points first.",
+    Verdict.PARTLY_EXPLAINED: "Decide whether to adopt the effects below although a significant residual remains. The "
+    "residual strips show when and in which channels; a manoeuvre that excites these motions gives more information.",
     Verdict.UNEXPLAINED: "Do not adopt a completed model. The residual strips and d(t) show when and in which equation "
-    "the declared model fails; look there for a cause that the library does not hold.",
-    Verdict.NOTHING_MISSING: "No term is to be added. Decide whether the re-estimated derivatives are adopted: "
-    "completed_aircraft.toml holds them.",
-    Verdict.NOT_EXCITED: "Nothing can be decided from these flights. Fly a manoeuvre that moves the aircraft well out "
-    "of its noise, such as a 3-2-1-1 of the elevator.",
-    Verdict.INCONSISTENT_DATA: "Mend the data first: check units, signs, delays and sensor positions in the channel "
+    "the declared model fails; look there for a cause that is not in the library.",
+    Verdict.NOTHING_MISSING: "No term needs to be added. Decide whether to adopt the re-estimated derivatives "
+    "in completed_aircraft.toml.",
+    Verdict.NOT_EXCITED: "Nothing can be decided from these flights. Fly a manoeuvre with a response well above the "
+    "measurement noise, such as a 3-2-1-1 of the elevator.",
+    Verdict.INCONSISTENT_DATA: "Correct the data first: check units, signs, delays and sensor positions in the channel "
     "map, then run again.",
 }
-"""What each verdict asks of the engineer."""
+"""Recommended decision for each verdict."""
 
 TONES = {
     Verdict.EXPLAINED: "good",
@@ -40,27 +40,27 @@ TONES = {
 }
 
 
-def unproven(result: ClosedLoop) -> tuple[str, ...]:
-    """What a reader might take for proven and is not, one sentence each; empty where nothing is open."""
-    return tuple(_unproven(result))
+def open_points(result: ClosedLoop) -> tuple[str, ...]:
+    """Open points of a result, one sentence each; empty where there is none."""
+    return tuple(_open_points(result))
 
 
 def fits_better(effect: Effect) -> bool:
-    """Whether an alternative fits better than the chosen effect by more than decides nothing."""
+    """Whether an alternative fits better than the chosen effect by more than the margin of indecision."""
     return effect.worse_by is not None and effect.margin is not None and effect.worse_by < -effect.margin
 
 
 def headline_rows(result: ClosedLoop) -> tuple[ErrorRow, ...]:
-    """The rows that answer whether the model got better: of the logs that are farthest from every decision."""
+    """Rows of the headline error: of the logs least involved in decisions."""
     role = headline_role(result.errors)
     return tuple(row for row in result.errors if row.role == role)
 
 
-def _unproven(result: ClosedLoop) -> Iterator[str]:
+def _open_points(result: ClosedLoop) -> Iterator[str]:
     if not result.validation and not result.hold_out:
         yield (
-            "No flight was held back (--validate, --hold-out): the errors below are those of the fitted flights, and a "
-            "model that fits the flight it was made from need not predict another."
+            "No flight was reserved for validation (--validate, --hold-out): the errors below are those of the fitted "
+            "flights, and a model that fits its identification data need not predict another flight."
         )
     for effect in result.effects:
         gain = (
@@ -68,25 +68,25 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
         )
         if gain is not None and gain < REMARKS.worse:
             yield (
-                f"Without {effect_name(effect)}, everything else estimated again, the flights that were not fitted are "
+                f"Without {effect_name(effect)}, with everything else re-estimated, flights not used in the fit are "
                 f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
             )
     for chosen in dict.fromkeys(effect.instead_of for effect in result.alternatives):
-        yield from _rivals_of(chosen, [effect for effect in result.alternatives if effect.instead_of == chosen])
+        yield from _alternatives_to(chosen, [effect for effect in result.alternatives if effect.instead_of == chosen])
     if result.validation and not result.hold_out and result.decided_by_validation:
         yield (
-            f"The validation flights had a say in what is named ({listed(result.decided_by_validation)}): their "
-            "errors are no independent evidence of it (--hold-out names a flight that no decision touches)."
+            f"The validation flights took part in structure determination ({listed(result.decided_by_validation)}): "
+            "their errors are not independent evidence (--hold-out gives a flight that is used in no decision)."
         )
     hidden = [derivative_name(row.coefficient, row.term) for row in result.derivatives if not row.shown]
     if hidden:
-        yield f"The flights hold too little information on {listed(hidden)}."
+        yield f"The flights contain too little information on {listed(hidden)}."
     for effect in result.effects:
         if effect.evidence.p_value > REMARKS.chance:
             chance = number(100.0 * effect.evidence.p_value, 2)
             yield (
-                f"{effect_name(effect)} is named by what it brings to the likelihood; its number alone, "
-                f"{number(abs(effect.value / effect.std_error), 2)} standard errors from its null value, would come "
+                f"{effect_name(effect)} is identified by its gain in likelihood; its parameter alone, "
+                f"{number(abs(effect.value / effect.std_error), 2)} standard errors from its null value, would occur "
                 f"by chance in {chance} % of such searches."
             )
     for log in dict.fromkeys(row.log for row in result.errors):
@@ -94,32 +94,32 @@ def _unproven(result: ClosedLoop) -> Iterator[str]:
         yield from _left_over(log, rows, noise_is_the_measure(result))
 
 
-def _rivals_of(chosen: str, rivals: Sequence[Effect]) -> Iterator[str]:
-    """What the flights say of the effects that could stand in the place of one."""
-    place = chosen or "what was chosen"
-    equal = [effect_name(effect) for effect in rivals if not fits_better(effect)]
+def _alternatives_to(chosen: str, alternatives: Sequence[Effect]) -> Iterator[str]:
+    """Remarks on the effects that could replace a chosen one."""
+    place = chosen or "the chosen structure"
+    equal = [effect_name(effect) for effect in alternatives if not fits_better(effect)]
     if equal:
-        yield f"These manoeuvres cannot tell {listed(equal)} from {place}."
-    better = [effect for effect in rivals if fits_better(effect)]
+        yield f"These manoeuvres cannot distinguish {listed(equal)} from {place}."
+    better = [effect for effect in alternatives if fits_better(effect)]
     if better:
         names = [f"{effect_name(effect)} (by {number(-(effect.worse_by or 0.0), 2)})" for effect in better]
         margin = number(max(effect.margin or 0.0 for effect in better), 2)
         yield (
-            f"In place of {place} the flights are fitted better in -2 ln L by more than the margin of {margin} with "
-            f"{listed(names)}: the search kept the chosen structure as a whole, and physics must judge."
+            f"Replacing {place}, the fit improves in -2 ln L by more than the margin of {margin} with {listed(names)}: "
+            "the search retained the chosen structure as a whole; decide on physical grounds."
         )
 
 
 def noise_is_the_measure(result: ClosedLoop) -> bool:
-    """Whether errors of simulations are to be counted in units of the noise: not where air moves or a filter smooths.
+    """Whether simulation errors are given in units of the noise: not in turbulence or behind a recorder's filter.
 
-    There the equations decide, and open-loop errors are the air's, over a noise that the recorder has made.
+    There the equations decide: open-loop errors are due to the turbulence, and the recorder's filter sets the noise.
     """
     return result.decided_by != "equations"
 
 
 def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[str]:
-    """What remains of the error on one log; `measured` in units of the noise."""
+    """Remarks on the remaining error on one log; `measured`: in units of the noise."""
     diverged = [row.channel for row in rows if row.after is None]
     if diverged:
         yield f"On {log} the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
@@ -131,11 +131,11 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
     ]
     if shifted:
         fallen = listed([_change(row, row.after, row.trimmed) for row in shifted])
-        price = listed([_change(row, row.after, row.trimmed, "grows") for row in grown])
+        increased = listed([_change(row, row.after, row.trimmed, "increases") for row in grown])
         yield (
             f"On {log} the error of {fallen} when the constants of the coefficients are re-estimated on it: its trim, "
             "centre of gravity or instrument zeros differ from those of the fitted flights"
-            f"{f', or more is missing: that of {price}' if price else ''}."
+            f"{f', or an effect is missing: that of {increased}' if increased else ''}."
         )
     known = [row for row in rows if _rest(row) is not None and not row.noise_doubt]
     above = [row for row in known if (_rest(row) or 0.0) > REMARKS.above_noise * row.noise > 0.0]
@@ -144,15 +144,15 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
             f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" if measured else row.channel
             for row in above
         ]
-        why = ": the air moves, or the recorder filters, and how many times says nothing of the model"
-        yield f"On {log} the error stays above the measurement noise in {listed(times)}{'' if measured else why}."
+        why = ": there is turbulence or recorder filtering, and the ratio to the noise is no measure of the model"
+        yield f"On {log} the error remains above the measurement noise in {listed(times)}{'' if measured else why}."
 
 
 def _rest(row: ErrorRow) -> float | None:
     return row.after if row.trimmed is None else row.trimmed
 
 
-def _change(row: ErrorRow, start: float | None, end: float | None, verb: str = "falls") -> str:
+def _change(row: ErrorRow, start: float | None, end: float | None, verb: str = "decreases") -> str:
     unit = shown_unit(row.unit)
     first, last = (number(None if value is None else value * unit.factor, 2) for value in (start, end))
     return f"{row.channel} {verb} from {first} to {last} {unit.text}".rstrip()

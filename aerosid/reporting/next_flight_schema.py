@@ -42,7 +42,7 @@ class PlannedInputEntry(Row):
 
 
 class QuestionEntry(Row):
-    """Something that the flights leave open, and what the planned input would answer."""
+    """An open question, and the result expected from the planned input."""
 
     kind: Literal["alternative", "derivative"]
     subject: Text
@@ -56,7 +56,7 @@ class QuestionEntry(Row):
 
 
 class NextFlightEntry(Row):
-    """What to fly next; `input` is null where no input within the limits decides anything."""
+    """The next flight; `input` is null where no input within the limits answers a question."""
 
     input: PlannedInputEntry | None
     questions: tuple[QuestionEntry, ...]

@@ -73,7 +73,7 @@ class Result(ClosedLoop):
         verdict = self.verdict.name.lower().replace("_", " ")
         parts = [f"<p><b>{escape(verdict)}</b>. {escape(self.summary)}</p>"]
         if self.effects:
-            parts.append(_table("What the declared model lacks", ("", "value", "unit", "p"), _effects(self)))
+            parts.append(_table("Effects missing from the declared model", ("", "value", "unit", "p"), _effects(self)))
         head = ("", "", "declared", "re-estimated", "completed")
         parts.append(_table("Derivatives", head, _derivatives(self)))
         for each in self.simulated:
@@ -82,7 +82,7 @@ class Result(ClosedLoop):
                 [row.channel, row.unit, *(number(v, 2) for v in (row.before, row.after)), ratio(row.after, row.before)]
                 for row in rows
             ]
-            title = f"Error of {each.log.name} ({label_of(each.role, self)})"
+            title = f"Open-loop error of {each.log.name} ({label_of(each.role, self)})"
             parts.append(_table(title, ("", "unit", "before", "after", "before / after"), cells))
         return "\n".join(parts)
 
@@ -127,7 +127,7 @@ def _derivatives(result: ClosedLoop) -> list[list[str]]:
             term_label(row.term),
             number(row.declared, 4),
             number(row.refitted, 4),
-            with_deviation(row.value, row.std_error) if row.shown else f"{number(row.value, 4)}, not shown",
+            with_deviation(row.value, row.std_error) if row.shown else f"{number(row.value, 4)}, not significant",
         ]
         for row in result.derivatives
     ]

@@ -22,6 +22,8 @@ _NAME = "|".join(map(re.escape, _NAMES))
 _FACTOR = rf"(?:{_NAME})(?:\^-?\d+)?"
 _TERM = re.compile(rf"(?<![\w./\\-])(?:{_FACTOR})(?:\*{_FACTOR})*(?![\w\\]|/(?!\()|\.\w|-\w)")
 _PART = re.compile(rf"({_NAME})(?:\^(-?\d+))?")
+_PRODUCT = re.compile(r"(?<=>)\*(?=(?:abs|pos)\()|(?<=\))\*(?=<)")
+"""The sign between a factor that is set as a symbol and one in brackets."""
 _POWER = re.compile(r"(?<=[A-Za-z)\]])\^(-?\d+)")
 _MINUS = re.compile(r"(?<![\w.)\]-])-(?=\d|\.\d)")
 _KINDS = re.compile(
@@ -35,7 +37,7 @@ def prose(text: str) -> Markup:
     Names of files and logs stay as they are: a name that is part of a longer word is none of ours.
     """
     escaped = str(escape(in_words(text)))
-    return Markup(_TERM.sub(_set_term, escaped))  # safe: escaped, and symbols of our own glossary
+    return Markup(_PRODUCT.sub("·", _TERM.sub(_set_term, escaped)))  # safe: escaped, and symbols of our own glossary
 
 
 def in_words(text: str) -> str:

@@ -66,7 +66,7 @@ def _put_together(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
-    """Prints whether the instruments agree with each other, and what is wrong with them.
+    """Prints the data compatibility check and the instrument errors that it identifies.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
     console : Console
         Where to.
     """
-    console.print(f"Do the instruments agree with each other? {agreement.verdict.value}", soft_wrap=True)
+    console.print(f"Data compatibility: {agreement.verdict.value}", soft_wrap=True)
     for contradiction in agreement.contradictions:
         console.print(contradiction.sentence, soft_wrap=True)
     if agreement.findings:
@@ -86,24 +86,26 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         )
     if not agreement.channels:
         return
-    table = Table(title="measured minus integrated from a_x, a_z, q (root-mean-square)", title_justify="left")
+    table = Table(
+        title="measured minus reconstructed from accelerations and rates (root-mean-square)", title_justify="left"
+    )
     table.add_column("channel")
     table.add_column("unit")
     for heading in ("as recorded", "corrected", "noise"):
         table.add_column(heading, justify="right")
-    table.add_column("what is left")
+    table.add_column("residual")
     for row in agreement.channels:
         left = "white" if row.white else "coloured"
         table.add_row(row.channel, row.unit, number(row.before), number(row.after), number(row.noise, 2), left)
     console.print(table)
-    if worse := told_of_worse(agreement):
+    if worse := note_on_worse_channels(agreement):
         console.print(f"note: {worse}", soft_wrap=True)
     for note in agreement.notes:
         console.print(f"note: {note}", soft_wrap=True)
 
 
-def told_of_worse(agreement: KinematicConsistency) -> str:
-    """Which channels fit less well corrected than as recorded, and why that may be; empty where none does."""
+def note_on_worse_channels(agreement: KinematicConsistency) -> str:
+    """Note on channels that fit less well after the correction than as recorded; empty where there is none."""
     worse = [row for row in agreement.channels if row.after > REMARKS.corrected_worse * row.before]
     places = [
         f"{listed([row.channel for row in worse if row.log == log])} of {log}"
@@ -112,16 +114,16 @@ def told_of_worse(agreement: KinematicConsistency) -> str:
     if not places:
         return ""
     return (
-        f"{listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well corrected than as recorded: the corrections "
-        "are those that all channels together make likeliest, each weighed by its own noise and colour, and these "
-        "channels pay for the others."
+        f"{listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well after the correction than as recorded: the "
+        "corrections are the maximum-likelihood estimate over all channels, each weighted by its own coloured noise, "
+        "and improve the other channels at the expense of these."
     )
 
 
 def _findings(agreement: KinematicConsistency) -> Table:
     """The findings, each with what these flights cannot tell from it."""
-    table = Table(title="Instruments, from kinematics alone", title_justify="left")
-    table.add_column("what is wrong")
+    table = Table(title="Instrument errors from kinematics alone", title_justify="left")
+    table.add_column("instrument error")
     table.add_column("where")
     for heading in ("value ± standard error", "unit", "p-value"):
         table.add_column(heading, justify="right")
@@ -165,15 +167,15 @@ def closing_sentence(
         what = "correct units, signs and columns in the channel map, or choose another span"
         return f"The log cannot be used by close-loop: its channels contradict each other; {what}.", False
     if agreement is not None and agreement.verdict is Agreement.CORRECTED:
-        return "The log can be used by close-loop, which looks for the instrument faults named here as well.", True
+        return "The log can be used by close-loop, which estimates the instrument errors given here as well.", True
     return "The log can be used by close-loop.", True
 
 
-def lively_sentence(found: FlightSegmentation) -> str:
-    """Where a log's lively stretches are, those that are no manoeuvre with the reason."""
+def dynamic_sentence(found: FlightSegmentation) -> str:
+    """The dynamic parts of a log, with the reason where one is no manoeuvre."""
     parts = [f"{entry.start:.1f} to {entry.stop:.1f} s {KIND_WORDS[entry.kind]}" for entry in found.dynamic]
     parts += [f"{entry.start:.1f} to {entry.stop:.1f} s ({entry.reason})" for entry in found.rejected]
-    return f"Lively: {', '.join(parts)}." if parts else ""
+    return f"Dynamic: {', '.join(parts)}." if parts else ""
 
 
 def quality_json(quality: LogQuality, agreement: KinematicConsistency | None) -> dict[str, Any]:

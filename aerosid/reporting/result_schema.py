@@ -1,4 +1,4 @@
-"""The schema of result.json: what scripts rely on, and how a closed loop is written as it.
+"""The schema of result.json, and a closed loop written by it.
 
 The file is a pure function of the result: fixed order of keys, shortest exact decimals, no time of writing.
 """
@@ -21,7 +21,7 @@ LogRole = Literal["identification", "validation", "hold_out"]
 
 
 class InputFile(Row):
-    """A file that the result depends on; `span` of a log is what was used of it, s of its own time."""
+    """A file that the result depends on; `span` of a log is the part that was used, s of its own time."""
 
     path: Text
     sha256: Text
@@ -32,7 +32,7 @@ class InputFile(Row):
 
 
 class ConfirmationRow(Row):
-    """A term's number from the validation logs alone."""
+    """A term's parameter from the validation logs alone."""
 
     value: Number
     std_error: Number
@@ -40,7 +40,7 @@ class ConfirmationRow(Row):
 
 
 class EvidenceRow(Row):
-    """Why an effect is believed."""
+    """Evidence for an effect."""
 
     correlation: Number
     p_value: Number
@@ -52,7 +52,7 @@ class EvidenceRow(Row):
 
 
 class ParameterRow(Row):
-    """One number of an effect that has several."""
+    """One parameter of an effect that has several."""
 
     value: Number
     std_error: Number
@@ -60,7 +60,7 @@ class ParameterRow(Row):
 
 
 class EffectRow(Row):
-    """What the data show to be missing; `time`, `along` and `parameters` stand only where the kind has them."""
+    """An effect missing from the declared model; `time`, `along` and `parameters` only where the kind has them."""
 
     rank: int
     kind: Text
@@ -76,7 +76,7 @@ class EffectRow(Row):
 
 
 class AlternativeRow(EffectRow):
-    """An effect that these manoeuvres cannot tell from the chosen effect `instead_of`."""
+    """An effect that these manoeuvres cannot distinguish from the chosen effect `instead_of`."""
 
     instead_of: Text
     worse_by: Number = None
@@ -105,7 +105,7 @@ class DerivativeEntry(Row):
 
 
 class CoefficientEntry(Row):
-    """Share of a measured coefficient's variance that the model explains."""
+    """R^2: fraction of a measured coefficient's variance explained by the model."""
 
     coefficient: Text
     log: Text
@@ -151,7 +151,7 @@ class ScreeningEntry(Row):
 
 
 class InstrumentEntry(Row):
-    """One fault of an instrument, from kinematics alone; `axis` of a position."""
+    """One instrument error, from kinematics alone; `axis` of a position."""
 
     kind: Text
     where: Text
@@ -172,7 +172,7 @@ class AirEntry(Row):
 
 
 class AgreementEntry(Row):
-    """How one channel of one log agrees with the integrated path: root-mean-squares, and whether the rest is white."""
+    """Root-mean-square of one channel of one log less the reconstructed path, and whether the remainder is white."""
 
     log: Text
     channel: Text
@@ -194,7 +194,7 @@ class ContradictionEntry(Row):
 
 
 class KinematicsEntry(Row):
-    """Whether the instruments agree with each other; groups of `inseparable` begin with a finding."""
+    """Data compatibility of the instruments; groups of `inseparable` begin with a finding."""
 
     logs: tuple[Text, ...]
     verdict: Literal["consistent", "corrected", "inconsistent"]
@@ -252,7 +252,7 @@ class LinearEntry(Row):
 
 
 class FitEntry(Row):
-    """How well one channel of one log is simulated."""
+    """Goodness of fit of one channel of one log."""
 
     log: Text
     role: LogRole
@@ -268,7 +268,7 @@ class FitEntry(Row):
 
 
 class PredictionEntry(Row):
-    """What of one channel of one log the models explain over a horizon."""
+    """R^2 of one channel of one log over a prediction horizon."""
 
     log: Text
     role: LogRole
@@ -298,7 +298,7 @@ class CorrelationEntry(Row):
 
 
 class ProvenanceEntry(Row):
-    """The day, and who asked how."""
+    """Date, command line and analyst."""
 
     date: Text
     command: Text
@@ -315,7 +315,7 @@ class RivalStructureEntry(Row):
 
 
 class SecondOpinionEntry(Row):
-    """Whether the model error d(t) alone names the same effects."""
+    """Cross-check by the model error d(t) alone."""
 
     agrees: bool
     sentence: Text

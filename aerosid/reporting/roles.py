@@ -1,4 +1,4 @@
-"""Roles of logs in words: what each log of a result was used for, and what the validation logs decided."""
+"""Roles of logs in words: the use of each log of a result, and the decisions of the validation logs."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ NAMES = {"identification": "identification", "validation": "validation", "hold_o
 
 
 def use_of(role: str, result: ClosedLoop | None = None) -> str:
-    """What a log of that role was used for, for its table; of a result also what its validation logs decided."""
+    """Use of a log of that role, for table titles; with a result also the decisions of its validation logs."""
     if role == "identification":
-        return "used for the fit"
+        return "used in the fit"
     if role == "hold_out":
-        return "touched by no decision"
+        return "used in no decision"
     if result is None:
-        return "not used for the fit"
+        return "not used in the fit"
     decided = ", ".join(result.decided_by_validation)
-    return f"not used for the fit; {decided or 'asked what it refutes and confirms, and changed nothing'}"
+    return f"not used in the fit; {decided or 'no effect confirmed or refuted'}"
 
 
 def label_of(role: str, result: ClosedLoop | None = None) -> str:
-    """The role's name and use: `hold-out: touched by no decision`."""
+    """The role's name and use: `hold-out: used in no decision`."""
     return f"{NAMES.get(role, role)}: {use_of(role, result)}"

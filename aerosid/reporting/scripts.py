@@ -61,6 +61,6 @@ def _plotly() -> str:
     spec = find_spec("plotly")
     if spec is None or spec.origin is None:
         raise UsageError(
-            "plotly is not installed; run again with --static, or install aerosid with what it depends on."
+            "plotly is not installed; run again with --static, or reinstall aerosid with its dependencies."
         )
     return (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")

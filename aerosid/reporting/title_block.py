@@ -68,11 +68,11 @@ def _run(result: ClosedLoop) -> list[tuple[str, str]]:
     made = result.provenance
     given = [("Date", made.date), ("Analyst", made.analyst)]
     rows = [(name, text) for name, text in given if text]
-    rows.append(("Made with", ", ".join((f"aerosid {result.version}", *_versions(), f"seed {result.seed}"))))
+    rows.append(("Program", ", ".join((f"aerosid {result.version}", *_versions(), f"seed {result.seed}"))))
     if made.command:
         rows.append(("Command", made.command))
     if made.date or made.settings:
-        rows.append(("Changed settings", "; ".join(_changed(made)) or "none, all at their defaults"))
+        rows.append(("Changed settings", "; ".join(_changed(made)) or "none, all defaults"))
     if made.remarks:
         rows.append(("Remarks", made.remarks))
     return rows

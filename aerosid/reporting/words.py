@@ -97,11 +97,11 @@ def _factor_label(factor: Factor) -> str:
 
 
 _QUANTITIES = {"sigma": "standard deviation sigma_w", "length": "scale length"}
-"""Of numbers of effects whose own name says too little."""
+"""Of parameters of effects whose own name is too short."""
 
 
 def quantity(name: str) -> str:
-    """The name of an effect's number in words: `time_constant` as time constant; a coefficient as it is."""
+    """The name of an effect's parameter in words: `time_constant` as time constant; a coefficient as it is."""
     if symbol(name) != Symbol(name):
         return name
     return _QUANTITIES.get(name, name.replace("_", " "))
@@ -127,15 +127,15 @@ def sentence(text: str) -> str:
 
 
 def effect_sentence(effect: Effect) -> str:
-    """What the effect says, in words and with the names of the files: `C_m has a term in alpha^2`.
+    """The effect in words, with the names of the files: `C_m has a term in alpha^2`.
 
-    What leaves the unseen as it was is marked.
+    An effect that does not improve the prediction of validation data is marked.
     """
     return _said(effect) + (UNCONFIRMED if effect.evidence.unseen_better is False else "")
 
 
-UNCONFIRMED = " (what was not fitted is predicted no better with it)"
-"""The mark of an effect that the unseen flights do not bear out."""
+UNCONFIRMED = " (does not improve the prediction of validation data)"
+"""Mark of an effect that the validation data do not confirm."""
 
 
 def _said(effect: Effect) -> str:

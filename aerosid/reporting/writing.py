@@ -104,7 +104,7 @@ def _make(directory: Path) -> list[Path]:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise _unwritable(directory, "a file of that name stands there") from None
+        raise _unwritable(directory, "a file of that name is there") from None
     except OSError as error:
         raise _unwritable(directory, error.strerror or str(error)) from None
     return missing

@@ -177,7 +177,7 @@ class _Work:
             self.deaths.update(items)
             for key in items:
                 if alone and self.deaths[key] >= WORKERS.suspect + WORKERS.alone:
-                    self.lost[key] = "its worker process died each time it was tried, at last with no other beside it"
+                    self.lost[key] = "its worker process died each time it was tried, at last as the only process"
                     self.breakdowns = 0
                 elif self.deaths[key] >= WORKERS.suspect:
                     self.waiting.append((key,))

@@ -508,7 +508,7 @@ def test_the_command_shows_what_was_understood(tmp_path: Path, capsys: pytest.Ca
     printed = " ".join(capsys.readouterr().out.split())
     for word in ("23.23 m^2", "6940 kg m^2", "alpha^2", "no, fixed", "control lag delta_e 0.15", "alpha_star = 0.31"):
         assert word in printed
-    assert printed.count("look again") == 1
+    assert printed.count(" check: ") == 1
     assert "nothing unusual" in printed
 
 

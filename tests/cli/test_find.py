@@ -132,7 +132,7 @@ def test_check_has_one_verdict_and_its_exit_code(tmp_path: Path, capsys: pytest.
     assert main(["check", str(good)]) == 0
     output = capsys.readouterr().out
     assert output.count("by close-loop") == 1
-    assert "Lively: " in output
+    assert "Dynamic: " in output
     assert "3-2-1-1" in output
     assert main(["check", str(good), str(lacking)]) == 3
     output = capsys.readouterr().out

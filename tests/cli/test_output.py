@@ -87,7 +87,7 @@ def test_redirected_progress_is_one_line_a_stage() -> None:
 
 
 def test_what_remains_is_a_range_that_follows_from_what_passed() -> None:
-    assert remaining("reading the logs into the flight model", 3.0) is None
+    assert remaining("preparing the logs", 3.0) is None
     assert remaining("a stage that nobody timed", 3.0) is None
     for stage, (low, high) in BEGUN.items():
         told = remaining(stage, 60.0)
@@ -106,4 +106,4 @@ def test_redirected_runs_are_told_now_and_then(capsys: pytest.CaptureFixture[str
     assert 10 <= len(lines) <= 30
     assert "100 of 1000" in lines[0]
     assert "1000 of 1000" in lines[-1]
-    assert "about 0 s left" in lines[-1]
+    assert "about 0 s remaining" in lines[-1]

@@ -55,13 +55,16 @@ def test_a_frame_has_seen_no_later_sample(frames: list[Frame]) -> None:
 def test_every_candidate_says_why_it_is_not_named(frames: list[Frame]) -> None:
     limit = InFlightSettings().false_alarm
     reasons = [(row, row.reason) for frame in frames for row in frame.candidates]
-    assert {reason.split(":")[0].split(" from ")[0] for _, reason in reasons} >= {"not significant", "not told apart"}
+    assert {reason.split(":")[0].split(" from ")[0] for _, reason in reasons} >= {
+        "not significant",
+        "not distinguishable",
+    }
     for row, reason in reasons:
-        assert (row.p_value > limit) == reason.startswith(("not significant", "not seen apart")), reason
+        assert (row.p_value > limit) == reason.startswith(("not significant", "collinear")), reason
     told = {row.label for row, _ in reasons} | {name.split(" from ")[1] for _, name in reasons if " from C_" in name}
     assert all(name.split()[0] in LIGHT.axes.coefficients for name in told)
     page = render_replay(frames, "log", "aircraft", LIGHT.axes.coefficients)
-    assert "not named because" in page
+    assert "reason for rejection" in page
     assert frames[-1].candidates[0].reason in page
 
 
@@ -85,7 +88,7 @@ def test_the_verb_writes_the_page_and_prints_the_names(tmp_path: Path, capsys: p
     (tmp_path / "flight.csv").write_text(native_csv(FLIGHT))
     out = tmp_path / "out"
     assert main(["replay", str(tmp_path / "flight.csv"), "--aircraft", "light_transport", "--out", str(out)]) == 0
-    assert "C_m alpha^2 named at" in capsys.readouterr().out
+    assert "C_m alpha^2 identified at" in capsys.readouterr().out
     assert (out / "replay.html").read_text(encoding="utf-8").startswith("<!doctype html>")
 
 
@@ -142,4 +145,4 @@ def test_no_term_is_named_in_the_place_of_a_late_rudder() -> None:
     log = read_log(Path(__file__).parents[2] / "flight_data" / "navion_identify.csv")
     last = list(replayed(log, load_aircraft("navion"), 0.5))[-1]
     assert last.names == ()
-    assert "not told apart from delta_r late" in {row.reason for row in last.candidates}
+    assert "not distinguishable from delta_r late" in {row.reason for row in last.candidates}

@@ -7,7 +7,7 @@ import pytest
 from equations_decided import decided, identified
 
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.loop.methods import told_of_nearly_proven
+from aerosid.loop.methods import note_on_near_significant
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 BODY = BODIES[1]
@@ -33,9 +33,10 @@ def test_a_near_significant_term_is_reported_with_its_value() -> None:
     ((without_it, with_it),) = row.validation_fits
     assert (without_it.recording, without_it.coefficient) == ("b", "C_Z")
     assert with_it.r2 > without_it.r2
-    text = told_of_nearly_proven(row)
-    assert text.startswith("Not proven: C_Z V_hat of 0.092 ± 0.019 brings 9.8 in ln L, where 12 are asked of one")
-    assert "C_Z V_hat^2 would do nearly as well" in text
+    text = note_on_near_significant(row)
+    assert text.startswith("Near-significant: C_Z V_hat of 0.092 ± 0.019 gains 9.8 in ln L; ")
+    assert "; the penalty for the number of hypotheses is 12" in text
+    assert "C_Z V_hat^2 fits nearly as well" in text
 
 
 def test_selected_and_absent_effects_are_not_near_significant() -> None:

@@ -116,5 +116,5 @@ def test_the_whole_loop_reports_r2_of_coefficients_by_the_equations() -> None:
         (log.name, name) for log in logs for name in ("C_Y", "C_l", "C_n")
     }
     assert min(row.r2_after for row in result.coefficients) > 0.95
-    assert not any("kinematics alone show" in note or "broke down" in note for note in result.notes)
+    assert not any("kinematics alone give" in note or "failed" in note for note in result.notes)
     assert any("d(t) was not estimated: beta was not recorded" in note for note in result.notes)

@@ -70,14 +70,14 @@ def test_c2_stray_stamps_do_not_stretch_the_axis(tmp_path: Path) -> None:
         topic("gyro", rows(20.3, 26.8, 100.0)), *(topic(f"stray{k}", one) for k, one in enumerate(strays)),
     ])  # fmt: skip
     path = write(tmp_path, "log.ulg", content)
-    assert said(listed(path), "lasts 6.49 s", "1 message stands after it, 2 long before it")
+    assert said(listed(path), "lasts 6.49 s", "1 message is after it, 2 long before it")
     log = read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s"}})
     assert (log.time[0], log.time[-1]) == pytest.approx((20.3, 26.79))
 
 
 def test_c2_on_the_recording() -> None:
     path = recorder("../flight_data/px4/sample_log_small.ulg")
-    assert said(listed(path), "lasts 6.5", "1 message stands after it, 4 long before it")
+    assert said(listed(path), "lasts 6.5", "1 message is after it, 4 long before it")
     log = read_log(path)
     assert log.time[0] > 20.3
     assert log.time[-1] < 26.9
@@ -305,7 +305,7 @@ def test_c16_two_boots_in_one_telemetry_log_are_two_runs(tmp_path: Path) -> None
     assert (log.time[0], log.time[-1], log.samples) == (5.0, 79.75, 300)
     assert_allclose(log["theta"], 0.2, rtol=1e-6)
     assert said(log, "2 runs", "5 to 79.75 s", "others (60 to 69.75 s)")
-    assert said(listed(path), "began anew within the file (2 runs): ATTITUDE at sample 41")
+    assert said(listed(path), "restarted within the file (2 runs): ATTITUDE at sample 41")
 
 
 def test_c16_a_message_of_one_run_only_is_listed(tmp_path: Path) -> None:
@@ -316,7 +316,7 @@ def test_c16_a_message_of_one_run_only_is_listed(tmp_path: Path) -> None:
     second = [(arrival + 250_000 * k, both[k % 2](5_000 + 250 * (k - 40), 0.2)) for k in range(40, 340)]
     listing = listed(write(tmp_path, "log.tlog", files.tlog(first + second)))
     assert [stream.label for stream in listing.streams] == ["ATTITUDE", "SCALED_IMU2"]
-    assert sum("began anew" in note for note in listing.notes) == 1
+    assert sum("restarted" in note for note in listing.notes) == 1
 
 
 def test_c16_on_the_recording() -> None:
@@ -490,7 +490,7 @@ def avionics(folder: Path, level: float) -> Path:
 
 @pytest.mark.parametrize(
     ("level", "word", "verdict"),
-    [(0.0, "incremental (0 in level flight)", "confirm it"), (1.0, "absolute (1 in level flight)", "OTHERWISE")],
+    [(0.0, "incremental (0 in level flight)", "confirm it"), (1.0, "absolute (1 in level flight)", "DIFFERS")],
 )
 def test_c24_conventions_of_the_load_factor_are_told_apart_and_asked(
     tmp_path: Path, level: float, word: str, verdict: str

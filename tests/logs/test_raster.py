@@ -91,7 +91,7 @@ def test_a_table_is_brought_to_the_raster_of_its_map(tmp_path: Path, rng: np.ran
     inside = slice(10, -10)
     assert_allclose(log["q"][inside], np.sin(6 * np.pi * log.time[inside]), atol=0.011)
     assert_array_equal(log["gear"], log.time >= time[time > 10.0][0])
-    assert said(log, "raster: 50 Hz, as the map says")
+    assert said(log, "raster: 50 Hz, as set in the map")
 
 
 def test_a_raster_that_a_table_cannot_fill_is_refused(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_a_raster_told_by_rate(tmp_path: Path) -> None:
     log = read_log(path, {"schema": 1, "raster": 25, "channels": mapped})
     assert_allclose(np.diff(log.time), 0.04, rtol=1e-9)
     assert_allclose(log["q"], np.sin(log.time), atol=4e-4)
-    assert said(log, "raster: 25 Hz, as the map says")
+    assert said(log, "raster: 25 Hz, as set in the map")
     assert said(log, "q, theta: interpolated from 20 to 25 Hz")
 
 
@@ -225,10 +225,10 @@ def test_an_alignment_of_unlike_signals_is_refused(tmp_path: Path, rng: np.rando
     time = np.arange(0.0, 60.0, 0.05)
     path = write(tmp_path, stream("a", time, rng.normal(size=1200)), stream("b", time, rng.normal(size=1200)))
     channels = {"q": {"column": "a.x", "unit": "rad/s"}, "r": {"column": "b.x", "unit": "rad/s"}}
-    with pytest.raises(LogError, match="r and q do not show the same signal"):
+    with pytest.raises(LogError, match="r and q do not contain the same signal"):
         read_log(path, {"schema": 1, "channels": channels, "align": {"r": "q"}})
     still = write(tmp_path, stream("a", time, np.sin(time)), stream("b", time, np.ones(1200)))
-    with pytest.raises(LogError, match="r and q do not show the same signal"):
+    with pytest.raises(LogError, match="r and q do not contain the same signal"):
         read_log(still, {"schema": 1, "channels": channels, "align": {"r": "q"}})
     with pytest.raises(ChannelMapError, match="names w, which is no channel of the map"):
         read_log(path, {"schema": 1, "channels": channels, "align": {"w": "q"}})

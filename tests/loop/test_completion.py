@@ -55,7 +55,7 @@ def test_what_is_not_shown_keeps_its_declared_value_and_says_so(closed: ClosedLo
     assert {key for key, entry in file.items() if not entry.shown} == {k for k, row in rows.items() if not row.shown}
     for key, row in rows.items():
         assert file[key].value == pytest.approx(row.value, rel=1e-10)
-    assert any("keeps the declared 0.3" in note for note in closed.notes)
+    assert any("keeps the declared value 0.3" in note for note in closed.notes)
 
 
 def test_a_constant_that_is_not_shown_keeps_its_declared_value_too() -> None:
@@ -70,7 +70,10 @@ def test_a_constant_that_is_not_shown_keeps_its_declared_value_too() -> None:
     assert (row.shown, row.value) == (False, 1e-5)
     entry = next(d for d in closed.completed_aircraft.derivatives if (d.coefficient, str(d.term)) == ("C_m", "1"))
     assert (entry.value, entry.shown) == (1e-5, False)
-    assert any("cannot show the constant of C_m" in note and "declared 1·10⁻⁵" in note for note in closed.notes)
+    assert any(
+        "Not significant in these records: the constant of C_m" in note and "declared value 1·10⁻⁵" in note
+        for note in closed.notes
+    )
     for form in FORMATS:
         text = export(closed.completed_aircraft, form, ExportOptions()).text
         assert NOT_SHOWN in text or '"shown": false' in text, form

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from aerosid.aircraft import load_aircraft
-from aerosid.loop.declared_patterns import told_of_patterns
+from aerosid.loop.declared_patterns import notes_on_patterns
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 
@@ -39,47 +39,47 @@ def rows(**factors: float) -> list[DerivativeRow]:
 
 
 def test_what_is_as_declared_says_nothing() -> None:
-    assert told_of_patterns(rows(), []) == ()
+    assert notes_on_patterns(rows(), []) == ()
 
 
 def test_common_factors_of_lift_and_moment_are_told_apart() -> None:
-    said = told_of_patterns(rows(C_Z=1.25, C_m=1.6), [])
+    said = notes_on_patterns(rows(C_Z=1.25, C_m=1.6), [])
     assert len(said) == 2
-    assert said[0].startswith("All of C_Z is 1.25 times")
+    assert said[0].startswith("All derivatives of C_Z are 1.25 times")
     assert "mass, wing area or air density" in said[0]
-    assert said[1].startswith("All of C_m is 1.60 times")
+    assert said[1].startswith("All derivatives of C_m are 1.60 times")
     assert "moment of inertia, mean chord" in said[1]
 
 
 @pytest.mark.parametrize(
     ("name", "factor", "words"),
     [
-        ("C_m_alpha", math.degrees(1.0), "C_m alpha is 57.3 times as declared: is it declared per degree?"),
+        ("C_m_alpha", math.degrees(1.0), "C_m alpha is 57.3 times the declared value: is it declared per degree?"),
         ("C_m_alpha", 56.0, "per degree"),
         ("C_m_q_hat", 2.0, "per q c/V"),
         ("C_Z_alpha", 10.0, "unit and decimal point"),
-        ("C_Z_delta_e", -1.0, "C_Z delta_e has the other sign than declared"),
+        ("C_Z_delta_e", -1.0, "C_Z delta_e has the opposite sign to the declared value"),
     ],
 )
 def test_a_single_derivative_is_told_with_its_factor(name: str, factor: float, words: str) -> None:
-    (said,) = told_of_patterns(rows(**{name: factor}), [])
+    (said,) = notes_on_patterns(rows(**{name: factor}), [])
     assert words in said
 
 
 def test_what_the_record_does_not_show_is_not_asked() -> None:
     hidden = [replace(row, shown=False) for row in rows(C_m_alpha=57.3, C_Z=1.3)]
-    assert told_of_patterns(hidden, []) == ()
+    assert notes_on_patterns(hidden, []) == ()
 
 
 def test_worse_on_its_own_data_is_said() -> None:
     def row(channel: str, before: float, after: float, role: str = "identification") -> ErrorRow:
         return ErrorRow("flight", role, channel, "rad", 1.0, before, after, after, 0.001)
 
-    (said,) = told_of_patterns([], [row("q", 0.01, 0.012), row("alpha", 0.02, 0.03)])
+    (said,) = notes_on_patterns([], [row("q", 0.01, 0.012), row("alpha", 0.02, 0.03)])
     assert "worse than the declared structure" in said
-    assert "1.50 times in alpha" in said
-    assert told_of_patterns([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
-    assert told_of_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()
+    assert "1.50 in alpha" in said
+    assert notes_on_patterns([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
+    assert notes_on_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()
 
 
 def test_a_vague_factor_near_a_half_is_not_asked_after() -> None:
@@ -88,20 +88,20 @@ def test_a_vague_factor_near_a_half_is_not_asked_after() -> None:
             dataclasses.replace(row, std_error=share * abs(row.declared or 0.0)) if row.term == "q_hat" else row
             for row in rows(C_m_q_hat=0.55 if asked else 0.664)
         ]
-        assert bool(told_of_patterns(off, [])) is asked
+        assert bool(notes_on_patterns(off, [])) is asked
 
 
 def test_a_damping_that_shares_its_part_with_alphadot_is_not_asked_after_its_unit() -> None:
     """Half of the declared C_m q_hat in q_hat and half in alpha_dot_hat: their sum is as declared."""
     halved = rows(C_m_q_hat=0.5)
-    assert any("doubled from q c/V once too often" in sentence for sentence in told_of_patterns(halved, []))
+    assert any("converted from q c/V twice" in sentence for sentence in notes_on_patterns(halved, []))
     found = DerivativeRow("C_m", "alpha_dot_hat", None, None, -8.0, 0.2, 0.2, None, None, None, shown=True)
-    assert told_of_patterns([*halved, found], []) == ()
+    assert notes_on_patterns([*halved, found], []) == ()
 
 
 def test_a_control_that_is_turned_in_every_coefficient_is_said_once_with_the_remedy() -> None:
-    (said,) = told_of_patterns(rows(C_Z_delta_e=-1.0, C_m_delta_e=-0.9), [])
-    assert said.startswith("delta_e has the other sign than declared in C_Z and C_m")
+    (said,) = notes_on_patterns(rows(C_Z_delta_e=-1.0, C_m_delta_e=-0.9), [])
+    assert said.startswith("delta_e has the opposite sign to the declared one in C_Z and C_m")
     assert "sign = -1" in said
 
 
@@ -121,14 +121,14 @@ def test_lift_of_the_other_sign_asks_where_the_accelerometer_is() -> None:
             DerivativeRow("C_m", "delta_e", moment, moment, moment, 0.01, 0.01, None, None, None, shown=True),
             DerivativeRow(name, "delta_e", given, value, value, 0.02, 0.02, None, None, None, shown=True),
         ]
-        return told_of_patterns(table, [a_z], aircraft)
+        return notes_on_patterns(table, [a_z], aircraft)
 
     for said in (told("C_Z", seen, lift), told("C_L", -seen, -lift)):
         assert len(said) == 1
-        assert "has the other sign than declared" in said[0]
-        assert "a_z measured 5.00 m ahead of its declared place" in said[0]
+        assert "has the opposite sign to the declared value" in said[0]
+        assert "a_z measured 5.00 m ahead of its declared position" in said[0]
     # No aircraft reaches so far, and without the accelerometer there is nothing to ask.
-    assert "accelerometers" not in told("C_Z", 10.0, lift)[0]
+    assert "accelerometer" not in told("C_Z", 10.0, lift)[0]
     hidden = [replace(a_z, channel="alpha")]
     rows_of = [DerivativeRow("C_Z", "delta_e", lift, seen, seen, 0.02, 0.02, None, None, None, shown=True)]
-    assert "accelerometers" not in told_of_patterns(rows_of, hidden, aircraft)[0]
+    assert "accelerometer" not in notes_on_patterns(rows_of, hidden, aircraft)[0]

@@ -8,7 +8,7 @@ import pytest
 from problems import entry
 from problems_report import closed_loop
 
-from aerosid.loop.effect_rows import Evidence, better_unseen, effect_row
+from aerosid.loop.effect_rows import Evidence, effect_row, improves_prediction
 from aerosid.loop.model_validation.leave_one_out import identity
 from aerosid.reporting.result_json import result_file
 from aerosid.reporting.words import UNCONFIRMED, effect_sentence
@@ -26,7 +26,7 @@ def test_where_the_simulation_decides_the_open_loop_error_tells(
     gains: dict[str, float], held_out: dict[str, float], wanted: bool | None
 ) -> None:
     keyed = [{identity(TERM): value for value in each.values()} for each in (gains, held_out)]
-    better = better_unseen(TERM, *keyed, regressed=False)
+    better = improves_prediction(TERM, *keyed, regressed=False)
     assert better is wanted
     row = effect_row(1, TERM, Evidence(None, 1e-9, None, 40.0, unseen_better=better))
     assert effect_sentence(row).endswith(UNCONFIRMED) is (wanted is False)
@@ -34,8 +34,8 @@ def test_where_the_simulation_decides_the_open_loop_error_tells(
 
 def test_where_the_equations_decide_their_vote_tells_and_a_jump_is_asked_nothing() -> None:
     voted = replace(TERM, unseen_better=False)
-    assert better_unseen(voted, {identity(TERM): 1.5}, {}, regressed=True) is False
-    assert better_unseen(JUMP, {identity(JUMP): 0.99}, {}, regressed=False) is None
+    assert improves_prediction(voted, {identity(TERM): 1.5}, {}, regressed=True) is False
+    assert improves_prediction(JUMP, {identity(JUMP): 0.99}, {}, regressed=False) is None
 
 
 def test_the_mark_stands_in_result_json_where_it_was_asked() -> None:

@@ -22,7 +22,7 @@ from aerosid.loop.next_flight.expected_information import (
     expected_deviations,
     expected_difference,
     needed_difference,
-    probability_told_apart,
+    probability_distinguished,
     prospect,
     shared_information,
 )
@@ -198,14 +198,14 @@ def test_probabilities_are_those_of_simulated_least_squares(difference: float, p
     noise = generator.standard_normal((200_000, 5))
     rise = np.sum((noise + apart) ** 2, axis=1) - np.sum(noise**2, axis=1)
     share = float(np.mean(rise - present > 6.0))
-    assert probability_told_apart(difference, present, 6.0) == pytest.approx(share, abs=0.005)
+    assert probability_distinguished(difference, present, 6.0) == pytest.approx(share, abs=0.005)
 
 
 def test_the_needed_difference_is_where_the_probability_is_95_per_cent() -> None:
     for present, reach in ((0.0, 6.0), (-3.0, 6.0), (5.0, 1.0)):
         needed = needed_difference(present, reach, 0.95)
-        assert probability_told_apart(needed, present, reach) == pytest.approx(0.95, abs=1e-9)
-        assert probability_told_apart(needed, present, reach) == pytest.approx(
+        assert probability_distinguished(needed, present, reach) == pytest.approx(0.95, abs=1e-9)
+        assert probability_distinguished(needed, present, reach) == pytest.approx(
             norm.cdf((needed - abs(present) - reach) / (2.0 * np.sqrt(needed)))
         )
 

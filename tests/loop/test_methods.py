@@ -10,7 +10,7 @@ from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.methods import told_of_support, told_of_timing
+from aerosid.loop.methods import note_on_delay, note_on_supported_error
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -30,7 +30,7 @@ def moved() -> ClosedLoop:
 def test_in_moving_air_the_equations_decide_and_the_result_says_so(moved: ClosedLoop) -> None:
     assert any("method equations" in note for note in moved.notes)
     assert moved.second_opinion is None
-    assert sum("asked for no second opinion" in note for note in moved.notes) == 1
+    assert sum("was not used as a cross-check" in note for note in moved.notes) == 1
     first = moved.effects[0]
     assert (first.kind, first.where) in {("sensor_delay", "alpha"), ("sensor_lag", "alpha")}
     assert abs(first.value - 0.12) < 4.0 * first.std_error
@@ -57,15 +57,17 @@ def test_two_witnesses_of_a_late_vane_are_told_with_their_numbers() -> None:
     slow, late = (
         ActiveEffect(made("alpha"), (value,), "") for made, value in ((sensor_lag, 0.1379), (sensor_delay, 0.2147))
     )
-    said = told_of_timing(DelayDiscrepancy("alpha", late, 0.0223, slow, 0.0099))
-    assert "kinematics alone show a delay of 0.215 ± 0.022 s" in said
-    assert "together with forces and moments a lag of 0.1379 ± 0.0099 s, which the completed model has." in said
+    said = note_on_delay(DelayDiscrepancy("alpha", late, 0.0223, slow, 0.0099))
+    assert "kinematics alone give a delay of 0.215 ± 0.022 s" in said
+    assert "together with forces and moments a lag of 0.1379 ± 0.0099 s, which the completed model uses." in said
 
 
 def test_a_fault_that_two_witnesses_name_together_is_told_with_what_each_shows() -> None:
     active = ActiveEffect(sensor_bias("V", "m/s", 0.1), (-6.05,), "")
     hypothesis = Hypothesis("sensor_bias", "V", effects=(active,))
     row = EffectEstimate(hypothesis, active, -6.05, 0.5, (0.5,), 47.0, "coefficients")
-    said = told_of_support(row, KinematicEvidence((-5.2,), np.array([[1.44]]), 8.4, 8.4))
-    assert said.startswith("sensor_bias of V of −6.05 ± 0.50 m/s is named by kinematics and coefficients together")
-    assert "kinematics alone show −5.2 ± 1.2 m/s, 2 ln L 16.8, too little to name it" in said
+    said = note_on_supported_error(row, KinematicEvidence((-5.2,), np.array([[1.44]]), 8.4, 8.4))
+    assert said.startswith(
+        "sensor_bias of V of −6.05 ± 0.50 m/s is identified from kinematics and coefficients together"
+    )
+    assert "kinematics alone give −5.2 ± 1.2 m/s, 2 ln L 16.8, which is not significant" in said

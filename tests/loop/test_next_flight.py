@@ -214,7 +214,7 @@ def test_a_bias_of_a_x_and_of_theta_cannot_be_told_apart_by_any_input() -> None:
     assert question.repeats is None
     assert question.expected is not None
     assert question.expected < 3.0
-    assert "No elevator input within these limits tells them apart" in question.elsewhere
+    assert "No elevator input within these limits distinguishes them" in question.elsewhere
     assert "independent sensor" in question.elsewhere
 
 
@@ -305,8 +305,8 @@ def test_the_card_is_whole_on_one_sheet(reported: ClosedLoop) -> None:
     for name, pair in limits.items():
         # A card has one decimal of a degree.
         assert any(np.allclose(other, pair, rtol=0.0, atol=0.051) for other in printed), name
-    assert "Decides:" in sheet
-    assert "What to fly next" not in sheet
+    assert "Purpose:" in sheet
+    assert "Next flight" not in sheet
 
 
 def test_names_out_of_files_are_escaped_in_the_plan(reported: ClosedLoop) -> None:

@@ -37,7 +37,7 @@ from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.derivative_table import DerivativeRow
-from aerosid.loop.identification import asked_of
+from aerosid.loop.identification import declared_with_candidates
 from aerosid.loop.next_flight.flight_limits import RANGES
 from aerosid.loop.next_flight.input_design import DesignSettings
 from aerosid.loop.next_flight.plan import plan_next_flight
@@ -55,7 +55,7 @@ ASKED = (("C_l", "delta_a"), ("C_n", "delta_r"), ("C_l", "r_hat"))
 def fitted(log: FlightLog, terms: dict[tuple[str, str], float]) -> tuple[Attribution, Manoeuvre]:
     """The declared structure estimated on a flight."""
     declared = aircraft(terms)
-    model, _ = asked_of([log], [], declared)
+    model, _ = declared_with_candidates([log], [], declared)
     manoeuvre = prepare(log, declared, model.columns)
     free = tuple((coefficient, parse_term(term)) for coefficient, term in terms)
     found = refine(model, [manoeuvre], free)

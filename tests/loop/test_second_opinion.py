@@ -13,10 +13,10 @@ from aerosid.cli.main import main
 from aerosid.errors import EstimationError, UsageError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question, answer
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem, run_method
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.second_opinion import no_second_opinion, second_opinion
+from aerosid.loop.second_opinion import note_without_second_opinion, second_opinion
 from aerosid.loop.settings import METHODS, LoopSettings
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting.result_json import result_text
@@ -48,19 +48,19 @@ def test_the_loop_by_d_alone_gives_everything_that_the_default_gives(result: Clo
     assert "second_opinion" not in document
 
 
-def asked() -> Question:
-    model, candidates = asked_of(FLIGHTS[:1], FLIGHTS[1:], LIGHT)
+def asked() -> IdentificationProblem:
+    model, candidates = declared_with_candidates(FLIGHTS[:1], FLIGHTS[1:], LIGHT)
     flights = tuple(prepare(log, LIGHT, model.columns) for log in FLIGHTS)
-    return Question(LIGHT, model, (), candidates, flights[:1], flights[1:])
+    return IdentificationProblem(LIGHT, model, (), candidates, flights[:1], flights[1:])
 
 
 def test_where_both_methods_name_the_same_one_line_says_so() -> None:
     question = asked()
-    found = answer(question, replace(QUIET, catalogue="terms", method="likelihood"), lambda _stage: None)
+    found = run_method(question, replace(QUIET, catalogue="terms", method="likelihood"), lambda _stage: None)
     opinion = second_opinion(question, found, replace(QUIET, catalogue="terms", method="likelihood"))
     assert opinion.agrees
-    assert opinion.sentence.endswith("names C_X alpha^2 and C_m alpha^2 too.") or opinion.sentence.endswith(
-        "names C_m alpha^2 and C_X alpha^2 too."
+    assert opinion.sentence.endswith("identifies C_X alpha^2 and C_m alpha^2 too.") or opinion.sentence.endswith(
+        "identifies C_m alpha^2 and C_X alpha^2 too."
     )
     assert len(opinion.structures) == 1
 
@@ -69,7 +69,7 @@ def test_where_they_differ_both_stand_side_by_side_with_their_errors_on_the_unse
     question = asked()
     terms = replace(QUIET, catalogue="terms", method="likelihood")
     lacking = replace(question, candidates=())
-    found = answer(lacking, terms, lambda _stage: None)
+    found = run_method(lacking, terms, lambda _stage: None)
     opinion = second_opinion(question, found, terms)
     own, rival = opinion.structures
     assert not opinion.agrees
@@ -89,7 +89,7 @@ def test_a_second_opinion_that_breaks_down_says_why_and_does_not_advise_what_was
     error = EstimationError(
         "a log: the model leaves its range, so that no error can be stated; use the default method."
     )
-    sentence = no_second_opinion(error)
+    sentence = note_without_second_opinion(error)
     assert sentence.endswith("the model leaves its range, so that no error can be stated.")
     assert "default method" not in sentence
 

@@ -149,7 +149,7 @@ def test_a_log_without_airspeed_or_pitch_rate_holds_nothing(flown: tuple[Flight,
         assert len(found) == 0
         assert found.lacking == (name,)
     without_q = replace(log, channels={key: values for key, values in log.channels.items() if key != "q"})
-    assert "nothing can be sought in it without q" in str(whole_flight_sentence(without_q))
+    assert "manoeuvres cannot be found without q" in str(whole_flight_sentence(without_q))
 
 
 def test_elevator_tests_are_found_without_lateral_channels_and_accelerometers(flown: tuple[Flight, FlightLog]) -> None:
@@ -193,7 +193,7 @@ def test_rejected_stretches_say_why() -> None:
     flight.fly(2.0, flight.hold(delta_e=stepwise([(0.4, -0.03), (5.0, -0.015)])))
     found = find_manoeuvres(flight.log())
     assert found.dynamic == ()
-    assert any("does not come back" in entry.reason for entry in found.rejected)
+    assert any("does not return" in entry.reason for entry in found.rejected)
 
 
 @pytest.mark.slow

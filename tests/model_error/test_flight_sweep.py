@@ -12,8 +12,8 @@ from scipy.signal import butter, sosfiltfilt
 from aerosid.effects.kinds import Signal
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem
 from aerosid.model_error.flight_sweep import FlightSweeps
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import Sweep, SweepSettings, SweptModel
@@ -25,8 +25,8 @@ QUICK = SweepSettings(searches=(0,), first_spread=None, first_memory=3.0, settle
 
 def estimated(undeclared: Truth, settings: SweepSettings) -> Sweep:
     log = Problem(undeclared=undeclared, duration=8.0).fly(22)
-    model, _ = asked_of([log], [], LIGHT)
-    asked = Question(LIGHT, model, (), (), (prepare(log, LIGHT, model.columns),), ())
+    model, _ = declared_with_candidates([log], [], LIGHT)
+    asked = IdentificationProblem(LIGHT, model, (), (), (prepare(log, LIGHT, model.columns),), ())
     search = ModelErrorSearchSettings(sweeps=settings)
     start = swept_start(model, asked.manoeuvres, asked.free, (), LIGHT.coefficients, ChainSettings(), search)
     return FlightSweeps(asked.manoeuvres, LIGHT.coefficients, settings).estimate(start)
@@ -45,9 +45,9 @@ def test_a_missing_term_leaves_its_own_coefficient_alone_with_error() -> None:
 
 def swept(channels: Mapping[str, Signal], log: FlightLog, settings: SweepSettings) -> tuple[SweptModel, Sweep]:
     """The start and the estimate of a flight with other channels."""
-    model, _ = asked_of([log], [], LIGHT)
+    model, _ = declared_with_candidates([log], [], LIGHT)
     manoeuvres = (prepare(FlightLog(log.name, log.time, dict(channels), log.units), LIGHT, model.columns),)
-    free = Question(LIGHT, model, (), (), manoeuvres, ()).free
+    free = IdentificationProblem(LIGHT, model, (), (), manoeuvres, ()).free
     search = ModelErrorSearchSettings()
     start = swept_start(model, manoeuvres, free, (), LIGHT.coefficients, ChainSettings(), search)
     return start, FlightSweeps(manoeuvres, LIGHT.coefficients, settings).estimate(start)

@@ -1,4 +1,4 @@
-"""Seven recordings walked from log to paper: no two numbers for one quantity, nothing named beside 'not shown'.
+"""Seven recordings walked from log to paper: no two numbers for one quantity, nothing named beside 'not significant'.
 
 What is checked here is what a reader would find contradicting itself in the files of one run, whatever was found.
 """
@@ -113,7 +113,8 @@ def test_the_headline_is_the_table(told: Any) -> None:
     role = "validation" if "validation" in roles else "identification"
     ratios = [row["before"] / row["after"] for row in told["error"] if row["role"] == role]
     said = re.search(
-        r"is (\S+) in the median channel .*falls in (\d+) of (\d+) and grows in (\d+)", str(told["summary"])
+        r"is (\S+) in the median channel .*decreases in (\d+) of (\d+) channels and increases in (\d+)",
+        str(told["summary"]),
     )
     assert said is not None
     assert float(said[1]) == pytest.approx(statistics.median(ratios), abs=0.006)
@@ -134,7 +135,7 @@ def test_the_paper_is_short_full_and_written_by_a_person(sheets: list[str], told
     alone = len({entry["path"] for entry in told["inputs"]}) == 2 and "twin" in str(told["inputs"])
     assert len(sheets) <= (9 if alone else 13)
     first = sheets[0]
-    for words in ("SHA-256", "What is to be decided", "What to do:", "What the declared model lacks"):
+    for words in ("SHA-256", "Decision summary", "Action:", "Effects missing from the declared model"):
         assert words in first
     short = len(told["effects"]) <= 9
     assert ("Derivatives, declared and completed" in first) is short
@@ -145,4 +146,4 @@ def test_the_paper_is_short_full_and_written_by_a_person(sheets: list[str], told
     assert not {"nan", "inf", "None"} & set(words)
     multiples = [int(number) for number in re.findall(r"(\d+) times the noise", whole)]
     assert all(number <= 100 for number in multiples)
-    assert ("many times their measurement noise" in whole) is (told["decided_by"] == "likelihood")
+    assert ("multiples of the measurement noise" in whole) is (told["decided_by"] == "likelihood")

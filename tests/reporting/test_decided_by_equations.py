@@ -14,7 +14,7 @@ from aerosid.compatibility import Agreement, ChannelAgreement, KinematicConsiste
 from aerosid.loop.effect_rows import Effect, Evidence
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict, summarise
-from aerosid.reporting.judgement import unproven
+from aerosid.reporting.judgement import open_points
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.words import effect_sentence
@@ -39,20 +39,20 @@ def decided(result: ClosedLoop, **changes: object) -> ClosedLoop:
 def test_where_the_equations_decide_no_error_is_counted_in_units_of_the_noise(result: ClosedLoop) -> None:
     large = tuple(dataclasses.replace(row, noise=1e-5 * (row.before or 1.0)) for row in result.errors)
     by_likelihood = dataclasses.replace(result, errors=large)
-    assert "times)" in " ".join(unproven(by_likelihood))
-    assert "many times their measurement noise" in words(by_likelihood, "residual")
+    assert "times)" in " ".join(open_points(by_likelihood))
+    assert "multiples of the measurement noise" in words(by_likelihood, "residual")
     assert "times the noise" in words(by_likelihood, "decision")
     by_equations = decided(result, errors=large)
-    said = " ".join(unproven(by_equations))
-    assert "how many times says nothing of the model" in said
+    said = " ".join(open_points(by_equations))
+    assert "the ratio to the noise is no measure of the model" in said
     assert "times)" not in said
-    assert "much of their own variation, per cent" in words(by_equations, "residual")
+    assert "per cent of the standard deviation of the channel" in words(by_equations, "residual")
     assert "times the noise" not in words(by_equations)
 
 
 def test_what_misses_a_channel_is_told_as_a_share_of_its_variation(result: ClosedLoop) -> None:
     fit = tuple(dataclasses.replace(row, r2=0.75 if row.channel == "q" else 0.99) for row in result.fit)
-    assert "per cent: q 50" in words(decided(result, fit=fit), "residual")
+    assert "per cent of the standard deviation of the channel: q 50" in words(decided(result, fit=fit), "residual")
 
 
 def test_noise_that_cannot_be_estimated_is_a_dash_among_the_instruments_too(result: ClosedLoop) -> None:
@@ -82,29 +82,29 @@ def test_a_legend_holds_what_is_drawn(result: ClosedLoop) -> None:
     nothing = tuple(dataclasses.replace(history, terms=()) for history in result.model_error)
     rivals = tuple(dataclasses.replace(picture, chosen=False) for picture in result.regressors)
     bare = decided(result, model_error=nothing, regressors=rivals)
-    assert "the found terms" in words(result, "residual")
-    assert "the found terms" not in words(bare, "residual").split("Figure")[0].split("estimator.")[-1]
+    assert "identified terms" in words(result, "residual")
+    assert "identified terms" not in words(bare, "residual").split("Figure")[0].split("comparison.")[-1]
     assert "entered the model" in words(result, "candidates").split("Figure")[0]
     assert "entered the model" not in words(bare, "candidates").split("Figure")[0]
-    assert "closest rival, did not enter" in words(bare, "candidates")
+    assert "closest competing term, not included" in words(bare, "candidates")
 
 
 def test_a_slope_against_the_value_is_told_beside_the_value(result: ClosedLoop) -> None:
-    assert "other sign than the value" not in words(result, "candidates")
+    assert "opposite sign to the value" not in words(result, "candidates")
     turned = tuple(
         dataclasses.replace(picture, slope=2.2) if picture.chosen else picture for picture in result.regressors
     )
     said = words(decided(result, regressors=turned), "candidates")
-    assert "the slope has the other sign than the value" in said
+    assert "has the opposite sign to the value" in said
     assert "value −1.71" in said
 
 
 def test_a_number_that_chance_could_have_made_is_not_proven(result: ClosedLoop) -> None:
-    assert "by chance" not in " ".join(unproven(result))
+    assert "by chance" not in " ".join(open_points(result))
     first = result.effects[0]
     weak = dataclasses.replace(first, std_error=0.55, evidence=dataclasses.replace(first.evidence, p_value=0.27))
-    said = " ".join(unproven(dataclasses.replace(result, effects=(weak,))))
-    assert "3.1 standard errors from its null value, would come by chance in 27 % of such searches" in said
+    said = " ".join(open_points(dataclasses.replace(result, effects=(weak,))))
+    assert "3.1 standard errors from its null value, would occur by chance in 27 % of such searches" in said
 
 
 def test_a_place_is_told_with_its_axis_and_many_effects_with_the_first() -> None:
@@ -133,14 +133,18 @@ def test_a_model_error_that_no_aircraft_has_is_compared_with_nothing(result: Clo
     d[40] = -2.3
     wild = decided(result, model_error=(dataclasses.replace(first, d=d), *others))
     said = words(wild, "residual")
-    assert f"C X : at {first.time[40]:.1f} s d(t) is larger than any such coefficient can be off" in said
+    assert f"C X : at {first.time[40]:.1f} s d(t) exceeds any plausible error of the coefficient" in said
     assert said.count("correlation") == 1  # of C_m
 
 
 def test_the_first_sheet_holds_what_a_signature_needs(result: ClosedLoop) -> None:
     sheet = " ".join(PdfReader(io.BytesIO(report_pdf(result, compose(result)))).pages[0].extract_text().split())
-    wanted = ["SHA-256", result.aircraft.sha256, "reference", "Signs", "Explained", "What to do:"]
-    wanted += ["What the declared model lacks", "Error before and after", "Derivatives, declared and completed"]
-    wanted += ["−1.711 ± 0.019", "3.593 ± 0.041", "not shown", "keeps its declared value"]
+    wanted = ["SHA-256", result.aircraft.sha256, "reference", "Signs", "Explained", "Action:"]
+    wanted += [
+        "Effects missing from the declared model",
+        "Error before and after",
+        "Derivatives, declared and completed",
+    ]
+    wanted += ["−1.711 ± 0.019", "3.593 ± 0.041", "not significant", "keeps its declared value"]
     for phrase in wanted:
         assert phrase.lower() in sheet.lower(), phrase

@@ -352,10 +352,10 @@ COMPLETED = LIGHT.completed({("C_m", "alpha^2"): (-1.7, 0.02)}, (), [("C_Z", "q_
 def test_every_export_says_what_made_the_numbers_and_marks_what_is_not_shown() -> None:
     texts = {name: export(COMPLETED, name, OPTIONS).text for name in FORMATS}
     for name, text in texts.items():
-        assert "not shown by the flights" in text or '"shown": false' in text, name
+        assert "not significant in the flights" in text or '"shown": false' in text, name
         assert "2026-11-22" in text, name
         assert "b" * 64 in text, name
-        assert "not shown" not in export(LIGHT, name, OPTIONS).text, name
+        assert "not significant" not in export(LIGHT, name, OPTIONS).text, name
     document = json.loads(texts["json"])
     assert [d["term"] for d in document["derivatives"] if not d["shown"]] == ["q_hat"]
     assert document["completed"]["verdict"] == "partly_explained"
@@ -365,7 +365,9 @@ def test_every_export_says_what_made_the_numbers_and_marks_what_is_not_shown() -
     assert r"$\hat{q}$ & $-4.32$$^{a}$" in texts["latex"]
     jsbsim = ET.fromstring(texts["jsbsim"], parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
     said = [element.text for element in jsbsim.iter(ET.Comment)]
-    assert next(text for text in said if text and text.startswith(" C_Z q_hat")).endswith("not shown by the flights ")
+    assert next(text for text in said if text and text.startswith(" C_Z q_hat")).endswith(
+        "not significant in the flights "
+    )
     root = daveml(COMPLETED)
     check_structure(root)
     variables = root.iter(f"{DAVEML}variableDef")

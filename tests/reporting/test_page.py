@@ -21,7 +21,7 @@ from aerosid.loop.flying_qualities.linear_analysis import LinearRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.second_opinion import RivalStructure, SecondOpinion
+from aerosid.loop.second_opinion import CompetingStructure, SecondOpinion
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting import report_html
 from aerosid.reporting.page import compose
@@ -76,7 +76,7 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
         result.verdict.value,
         "−1.711 ± 0.019",
         "3.593 ± 0.041",
-        "not used for the fit",
+        "not used in the fit",
         "0.9700 ± 0.0097",  # CAP of the completed model
         "0.8365 ± 0.0084",  # alpha of level flight, deg
         "5.000 ± 0.050",  # frequency of the short period, rad/s
@@ -91,7 +91,7 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
     ]
     for words in wanted:
         assert words in page.text, words
-    sentences = ["Cm and CX each lack a term in α2;", "cannot tell Cm α·δe from Cm α2", "information on Cm α̇̂"]
+    sentences = ["Cm and CX each lack a term in α2;", "cannot distinguish Cm α·δe from Cm α2", "information on Cm α̇̂"]
     for sentence in (*sentences, "0.9077 kg/m³", "4 samples of α are missing"):
         assert "".join(sentence.split()) in "".join(page.text.split()), sentence
 
@@ -167,7 +167,7 @@ def test_a_result_with_almost_nothing_in_it_still_makes_a_page(verdict: Verdict)
     )  # fmt: skip
     text = Page(report_html(bare, interactive=False)).text
     assert verdict.value in text
-    assert "No flight was held back" in text
+    assert "No flight was reserved for validation" in text
     assert "leaves |α| < 1.5 rad" in text
 
 
@@ -256,7 +256,7 @@ def doubted(result: ClosedLoop) -> ClosedLoop:
 def test_nothing_is_said_in_units_of_a_noise_that_cannot_be_estimated(result: ClosedLoop) -> None:
     text = " ".join(Page(report_html(doubted(result), interactive=False)).text.split())
     assert "1.2·10" not in text
-    assert "0000" not in text.split("The residual, and where it is")[1].split("Where it acts")[0]
+    assert "0000" not in text.split("Residual of the declared structure")[1].split("Model error by equation")[0]
     assert "The noise cannot be estimated from the recording for q and a z (it is smoother" in text
 
 
@@ -279,10 +279,10 @@ def test_what_the_validation_flights_say_by_themselves_stands_with_the_effect(re
     shown = dataclasses.replace(result, effects=(confirmed, *result.effects[1:]))
     section = {s.name: body for s, body in compose(shown).parts}["effects"]
     rows = [" ".join(re.sub(r"<[^>]*>", " ", row).split()) for row in re.findall(r"<tr.*?</tr>", section, re.DOTALL)]
-    (row,) = [row for row in rows if row.startswith("the validation flights by themselves")]
+    (row,) = [row for row in rows if row.startswith("validation flights alone")]
     assert "−13.2 ± 1.2" in row
     assert "3.0·10⁻⁹" in row
-    assert "by themselves" not in {s.name: body for s, body in compose(result).parts}["effects"]
+    assert "validation flights alone" not in {s.name: body for s, body in compose(result).parts}["effects"]
 
 
 def test_a_mode_slower_than_the_record_is_marked_with_the_record_s_length(result: ClosedLoop) -> None:
@@ -311,11 +311,11 @@ def test_an_alternative_that_fits_better_than_the_chosen_effect_is_not_called_eq
         return " ".join(Page(report_html(made, interactive=False)).text.split())
 
     near = listed(-50.0)
-    assert "These manoeuvres cannot tell" in near
-    assert "fitted better" not in near
+    assert "These manoeuvres cannot distinguish" in near
+    assert "the fit improves" not in near
     far = listed(-1295.3)
-    assert "These manoeuvres cannot tell" not in far
-    assert "the flights are fitted better in −2 ln L by more than the margin of 57 with C m α · δ e (by 1300)" in far
+    assert "These manoeuvres cannot distinguish" not in far
+    assert "the fit improves in −2 ln L by more than the margin of 57 with C m α · δ e (by 1300)" in far
     assert "some of them better than the chosen one by more than the margin" in far
 
 
@@ -327,8 +327,8 @@ def test_an_error_that_trimming_makes_worse_is_told_with_those_that_it_mends(res
 
     made = dataclasses.replace(result, errors=tuple(map(trimmed, result.errors)))
     text = " ".join(Page(report_html(made, interactive=False)).text.split())
-    assert "or more is missing: that of α grows from" in text
-    assert "grows from" not in " ".join(Page(report_html(result, interactive=False)).text.split())
+    assert "or an effect is missing: that of α increases from" in text
+    assert "increases from" not in " ".join(Page(report_html(result, interactive=False)).text.split())
 
 
 def test_a_residual_strip_has_two_round_numbers_whatever_the_browser_would_choose(result: ClosedLoop) -> None:
@@ -353,15 +353,15 @@ def test_a_channel_that_fits_less_well_corrected_is_explained(result: ClosedLoop
         made = dataclasses.replace(result, kinematics=agreement)
         return " ".join(Page(report_html(made, interactive=False)).text.split())
 
-    assert f"V of {name} fits less well corrected than as recorded" in text(0.049)
+    assert f"V of {name} fits less well after the correction than as recorded" in text(0.049)
     assert "fits less well" not in text(0.030)
 
 
 def test_two_methods_are_compared_by_one_measure_in_sentence_and_table(result: ClosedLoop) -> None:
     """Their errors over the noise, medians each, may stand the other way round than the median of their ratios."""
     rows = (
-        RivalStructure("likelihood", ("C_X alpha^2",), 104.0),
-        RivalStructure("iebmee", ("sensor_bias of V",), 65.0),
+        CompetingStructure("likelihood", ("C_X alpha^2",), 104.0),
+        CompetingStructure("iebmee", ("sensor_bias of V",), 65.0),
     )
     told = (
         "On the validation flight the open-loop error of the latter is 1.27 times that of the former (median channel)."

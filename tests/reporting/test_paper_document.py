@@ -56,11 +56,11 @@ def test_paper_says_what_the_page_says(result: ClosedLoop, reader: PdfReader) ->
         "time [s]",
         "α [deg]",
     ]
-    wanted += ["These manoeuvres cannot tell", "The air density is the aircraft file's, 0.9077 kg/m³"]
+    wanted += ["These manoeuvres cannot distinguish", "The air density is the aircraft file's, 0.9077 kg/m³"]
     wanted += [result.aircraft.sha256]
     for phrase in wanted:
         assert phrase in text, phrase
-    assert "What is to be decided" in reader.pages[0].extract_text()
+    assert "Decision summary" in reader.pages[0].extract_text()
     assert [entry["/Title"] for entry in reader.outline] == [section.title for section, _ in report.parts]
 
 

@@ -61,7 +61,13 @@ def card(result: ClosedLoop) -> str:
 def test_the_card_is_in_pilots_quantities() -> None:
     text = card(flown_next(given=True))
     # Standard day, 3000 m = 9843 ft, density 0.90925 kg/m^3: 120 m/s are 202 kt CAS.
-    for words in ("202 kt CAS", "9840 ft", "pull 1.6", "push 0.4", "Decides: C m α 2 or control lag of δ e"):
+    for words in (
+        "202 kt CAS",
+        "9840 ft",
+        "pull 1.6",
+        "push 0.4",
+        "Purpose: distinguish C m α 2 from control lag of δ e",
+    ):
         assert words in text, words
     assert "120 ft lower for each °C" in text
     assert "calibrated airspeed kt 202 193 to 210" in text

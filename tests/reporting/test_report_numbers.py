@@ -105,5 +105,5 @@ def test_every_symbol_of_the_flights_is_in_the_glossary(result: ClosedLoop) -> N
         for name in log.channels:
             assert f"<code>{name}</code>" in glossary
             assert str(CHANNELS[name].name) in glossary
-    for term in ("standard error", "log-likelihood difference", "p-value", "open loop", "trimmed", "not shown"):
+    for term in ("standard error", "log-likelihood difference", "p-value", "open loop", "trimmed", "not significant"):
         assert term in glossary

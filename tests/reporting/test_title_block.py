@@ -103,7 +103,7 @@ def test_a_configuration_is_read_from_the_file(tmp_path: Path) -> None:
 
 def test_who_says_nothing_gets_no_empty_lines() -> None:
     run = dict(title_block(closed_loop(samples=60))["run"])
-    assert set(run) == {"Made with"}
+    assert set(run) == {"Program"}
 
 
 def test_the_command_says_nothing_of_where_files_go() -> None:

@@ -13,7 +13,7 @@ from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import initial_state, prepare
 from aerosid.flight_model.flight import simulate_outputs
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.identification import asked_of
+from aerosid.loop.identification import declared_with_candidates
 from aerosid.loop.settings import LoopSettings
 
 QUICK = LoopSettings(paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False)
@@ -31,11 +31,13 @@ def test_an_arm_of_the_thrust_yaws_as_the_suites_equations_do() -> None:
     """N = T y: the suite's flight holds the arm as an input of C_n, the model as an effect."""
     truth = Lateral(extra={("C_n", "C_T*x_1"): 1.0 / SPAN}, inputs={"x_1": from_then_on(0.2)}, noise=0.0)
     declared = aircraft(SIDE)
-    model, _ = asked_of([truth.log()], [], declared)
+    model, _ = declared_with_candidates([truth.log()], [], declared)
     effect = ActiveEffect(thrust_asymmetry_step(WHEN, 0.04), (0.2, WHEN))
     assert thrust_asymmetry().column == effect.effect.where_acts  # type: ignore[union-attr]
     model = with_columns_of(model, [effect])
-    manoeuvre = prepare(truth.log(), declared, model.columns[: len(asked_of([truth.log()], [], declared)[0].columns)])
+    manoeuvre = prepare(
+        truth.log(), declared, model.columns[: len(declared_with_candidates([truth.log()], [], declared)[0].columns)]
+    )
     flight, _ = acting_flight(model, manoeuvre, [effect])
     outputs, _ = simulate_outputs(
         initial_state(manoeuvre.flight, manoeuvre.axes), flight, np.array(model.values), model.table, model.constants

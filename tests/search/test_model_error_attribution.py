@@ -13,8 +13,8 @@ from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question, by_model_error
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem, by_model_error
 from aerosid.loop.settings import LoopSettings
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
@@ -25,8 +25,8 @@ WHOLE: Mapping[tuple[str, str], float] = {**PITCH, **SIDE}
 
 
 def found_in(log: FlightLog, declared: Aircraft) -> Attribution:
-    model, candidates = asked_of([log], [], declared)
-    asked = Question(declared, model, (), candidates, (prepare(log, declared, model.columns),), ())
+    model, candidates = declared_with_candidates([log], [], declared)
+    asked = IdentificationProblem(declared, model, (), candidates, (prepare(log, declared, model.columns),), ())
     return by_model_error(asked, LoopSettings(method="iebmee"), lambda _stage: None).found
 
 

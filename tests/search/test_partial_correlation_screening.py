@@ -12,8 +12,8 @@ from scipy.signal import lfilter
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.estimation.score_test import Score
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.search.partial_correlation.attribution import swept_start
@@ -25,8 +25,8 @@ from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 def screened() -> tuple[list[Score], list[Score]]:
     """All candidates of a flight with a missing term: in one batch, and in batches of seven columns or fewer."""
     log = Problem(undeclared={("C_m", "alpha^2"): -1.715}, duration=8.0).fly(21)
-    model, candidates = asked_of([log], [], LIGHT)
-    asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
+    model, candidates = declared_with_candidates([log], [], LIGHT)
+    asked = IdentificationProblem(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
     settings = ModelErrorSearchSettings()
     arguments = (model, asked.manoeuvres, asked.free, (), LIGHT.coefficients, ChainSettings(), settings)
     sweeps = FlightSweeps(asked.manoeuvres, LIGHT.coefficients)
@@ -74,8 +74,8 @@ def in_coloured_noise(seed: int, memory: float = 0.7, size: float = 3.0) -> Flig
 
 def sensor_p_values(log: FlightLog) -> list[float]:
     """p-value of each of `SENSORS`, fitted by itself."""
-    model, candidates = asked_of([log], [], LIGHT)
-    asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
+    model, candidates = declared_with_candidates([log], [], LIGHT)
+    asked = IdentificationProblem(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
     settings = ModelErrorSearchSettings()
     sweeps = FlightSweeps(asked.manoeuvres, LIGHT.coefficients)
     start = swept_start(model, asked.manoeuvres, asked.free, (), LIGHT.coefficients, ChainSettings(), settings)
@@ -107,8 +107,8 @@ def test_candidates_other_than_sensor_errors_are_not_tested_along_the_motion_wit
     screened: tuple[list[Score], list[Score]],
 ) -> None:
     log = Problem(duration=8.0).fly(21)
-    model, candidates = asked_of([log], [], LIGHT)
-    asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
+    model, candidates = declared_with_candidates([log], [], LIGHT)
+    asked = IdentificationProblem(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
     sweeps = FlightSweeps(asked.manoeuvres, LIGHT.coefficients)
     start = swept_start(
         model, asked.manoeuvres, asked.free, (), LIGHT.coefficients, ChainSettings(), ModelErrorSearchSettings()

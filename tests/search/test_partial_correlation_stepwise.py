@@ -16,8 +16,8 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question, by_model_error
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem, by_model_error
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.aircraft_error import estimate_aircraft_error
 from aerosid.model_error.flight_sweep import FlightSweeps
@@ -31,11 +31,13 @@ from benchmarks.false_alarms import declared, drawn, flown
 QUIET = LoopSettings(method="iebmee")
 
 
-def question(log: FlightLog, aircraft: Aircraft = LIGHT, without: tuple[tuple[str, str], ...] = ()) -> Question:
-    model, candidates = asked_of([log], [], aircraft)
+def question(
+    log: FlightLog, aircraft: Aircraft = LIGHT, without: tuple[tuple[str, str], ...] = ()
+) -> IdentificationProblem:
+    model, candidates = declared_with_candidates([log], [], aircraft)
     withheld = {entry(*key) for key in without}
     kept = tuple(candidate for candidate in candidates if candidate not in withheld)
-    return Question(aircraft, model, (), kept, (prepare(log, aircraft, model.columns),), ())
+    return IdentificationProblem(aircraft, model, (), kept, (prepare(log, aircraft, model.columns),), ())
 
 
 def found_in(log: FlightLog, aircraft: Aircraft = LIGHT, catalogue: str = "terms") -> Attribution:
@@ -116,7 +118,7 @@ def test_the_fixed_interval_d_is_the_missing_term_within_its_deviation() -> None
     log = problem.fly(10)
     asked = question(log)
     fixed = declaring(LIGHT, {}, tuple(LIGHT_TRUTH))
-    model, _ = asked_of([log], [], fixed)
+    model, _ = declared_with_candidates([log], [], fixed)
     manoeuvres = (prepare(log, fixed, model.columns),)
     start = swept_start(model, manoeuvres, (), (), LIGHT.coefficients, ChainSettings(), ModelErrorSearchSettings())
     sweep = FlightSweeps(manoeuvres, LIGHT.coefficients).estimate(start)

@@ -10,8 +10,8 @@ from problems import LIGHT, Problem
 
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.estimation.score_test import Score
-from aerosid.loop.identification import asked_of
-from aerosid.loop.methods import Question
+from aerosid.loop.identification import declared_with_candidates
+from aerosid.loop.methods import IdentificationProblem
 from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
 from aerosid.model_error.paper_chain import ChainSettings
 from aerosid.model_error.swept_model import Sweep
@@ -25,10 +25,10 @@ SETTINGS = ModelErrorSearchSettings(kept_statistics=True)
 
 
 @pytest.fixture(scope="module")
-def screened() -> tuple[Question, FlightSweeps, Sweep, list[Score]]:
+def screened() -> tuple[IdentificationProblem, FlightSweeps, Sweep, list[Score]]:
     log = Problem(undeclared={MISSING: -1.715}, duration=8.0).fly(21)
-    model, candidates = asked_of([log], [], LIGHT)
-    asked = Question(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
+    model, candidates = declared_with_candidates([log], [], LIGHT)
+    asked = IdentificationProblem(LIGHT, model, (), candidates, (prepare(log, LIGHT, model.columns),), ())
     arguments = (model, asked.manoeuvres, asked.free, (), LIGHT.coefficients, ChainSettings(), SETTINGS)
     sweeps = FlightSweeps(asked.manoeuvres, LIGHT.coefficients)
     current = sweeps.estimate(swept_start(*arguments), sweeps=2)
@@ -39,7 +39,7 @@ def screened() -> tuple[Question, FlightSweeps, Sweep, list[Score]]:
 
 @pytest.mark.parametrize("label", [("aero_term", *MISSING), ("sensor_scale", "q", "")])
 def test_a_first_order_trial_agrees_with_a_fit_by_simulation(
-    screened: tuple[Question, FlightSweeps, Sweep, list[Score]], label: tuple[str, str, str]
+    screened: tuple[IdentificationProblem, FlightSweeps, Sweep, list[Score]], label: tuple[str, str, str]
 ) -> None:
     _, sweeps, current, scores = screened
     score = next(score for score in scores if score.hypothesis.label == label)
@@ -63,7 +63,7 @@ def test_a_first_order_trial_agrees_with_a_fit_by_simulation(
 
 
 def test_only_candidates_with_a_linear_response_are_linear(
-    screened: tuple[Question, FlightSweeps, Sweep, list[Score]],
+    screened: tuple[IdentificationProblem, FlightSweeps, Sweep, list[Score]],
 ) -> None:
     kinds = {score.hypothesis.kind for score in screened[3] if is_linear(score.hypothesis)}
     assert {"aero_term", "sensor_bias", "sensor_scale"} <= kinds
@@ -71,7 +71,7 @@ def test_only_candidates_with_a_linear_response_are_linear(
 
 
 def test_an_implausible_apparent_mass_is_not_tried(
-    screened: tuple[Question, FlightSweeps, Sweep, list[Score]],
+    screened: tuple[IdentificationProblem, FlightSweeps, Sweep, list[Score]],
 ) -> None:
     asked, _, current, scores = screened
     heave = next(s for s in scores if s.hypothesis.label == ("aero_term", "C_Z", "alpha_dot_hat"))

@@ -139,8 +139,8 @@ def _require_measurable(log: FlightLog) -> None:
             k = int(beyond[0])
             place = f"{values[k]:.3g} at {log.time[k]:g} s (sample {k + 1})"
             raise LogError(
-                f"{log.path}: channel {name} holds {place}, which no sensor reads (at most {READING.largest:g}); check "
-                "its column and unit, or leave the field empty for a missing sample."
+                f"{log.path}: channel {name} holds {place}, which is no sensor reading (at most {READING.largest:g}); "
+                "check its column and unit, or leave the field empty for a missing sample."
             )
 
 
@@ -256,7 +256,7 @@ def _assemble(path: Path, data: bytes, channels: Channels | None, recording: Rec
             require_extra(extra, label)
         if ready is None:
             raise ChannelMapError(
-                f"{label}: a file of format `{name}` does not say what its columns mean; write a channel map "
+                f"{label}: a file of format `{name}` does not describe its columns; write a channel map "
                 f"{path.name}.channels.toml beside it (`aerosid channels` proposes one), or name one with "
                 f"--channels.{_ready_hint(path)}"
             )
@@ -333,7 +333,7 @@ def _guess_format(path: Path, data: bytes, *, mapped: bool) -> str:
     if not candidates:
         known = sorted({known for form in FORMATS.values() for known in form.suffixes})
         raise LogError(
-            f"{path}: the suffix {shown(suffix)} tells no format (known are {', '.join(known)}); rename the file, or "
+            f"{path}: the suffix {shown(suffix)} indicates no format (known: {', '.join(known)}); rename the file, or "
             "name the format in a channel map."
         )
     if mapped and candidates[0] in ("csv", "ascii") and holds_words(data):

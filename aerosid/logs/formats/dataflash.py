@@ -289,15 +289,14 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     if kinds.size and int(unknown.sum()) >= 2:
         named = ", ".join(f"{kind} ({unknown[kind]} times)" for kind in kinds[:8])
         notes.append(
-            f"messages of the types {named} have no format before them in the file: they are not read, what is "
-            "described is"
+            f"messages of the types {named} have no format before them in the file: they are not read, the others are"
         )
     elif skipped:
         notes.append(f"{skipped} of {size} bytes are damaged and skipped; {messages} messages are read")
     if over > 0:
         # Counted behind the message's header, as the format's reference library does.
         behind = max(0, over - _HEAD_LENGTH)
-        notes.append(f"the file ends inside a message ({behind} bytes over); what is whole is read")
+        notes.append(f"the file ends inside a message ({behind} bytes over); the complete part is read")
     if unsound:
         notes.append(f"the format of {', '.join(sorted(unsound))} does not fit its own length: it is not read")
     return notes

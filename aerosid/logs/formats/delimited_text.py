@@ -96,7 +96,7 @@ def read_delimited_text(data: bytes, path: str, dialect: Dialect | None = None) 
     if rows[-1].count(delimiter) + 1 < width and len(rows) > 1:
         # What stands behind its last separator may be half a number.
         rows[-1] = rows[-1][: rows[-1].rfind(delimiter) + 1]
-        notes.append("the file ends inside its last line: the recorder was cut off, and what is whole of it is read")
+        notes.append("the file ends inside its last line: the recording was cut off; its complete part is read")
     frame = _frame(rows, delimiter, width)
     header = _header([line for line in lines[:first] if line.strip()], delimiter, width)
     decimal = dialect.decimal or _decimal(frame, delimiter)

@@ -77,7 +77,7 @@ def read_irig106(data: bytes, path: str) -> Recording:
         raise LogError(f"{path}: no chapter 10 packet was found; check that this is the right file.")
     notes = ["reading of IRIG 106 chapter 10 is experimental: discretes and undecoded bus words only"]
     if stopped:
-        notes.append(f"reading stopped after {len(packets.stamps)} packets ({stopped}); what stands before is read")
+        notes.append(f"reading stopped after {len(packets.stamps)} packets ({stopped}); the packets before are read")
     if time_packets:
         notes.append(
             f"{len(time_packets)} time packets give day {time_packets[0][1].timetuple().tm_yday} of an unnamed year"

@@ -77,7 +77,7 @@ def check_elements(data: bytes) -> None:
             raise DamagedElement(f"a variable has the type {element.kind}")
         place = element.after
     if place < len(data):
-        raise DamagedElement(f"{len(data) - place} bytes stand after the last variable")
+        raise DamagedElement(f"{len(data) - place} bytes follow the last variable")
 
 
 def _element(data: bytes, place: int, order: Literal["little", "big"]) -> _Element:
@@ -130,7 +130,7 @@ def _check_array(element: _Element, order: Literal["little", "big"], depth: int)
             size = _SIZES.get(part.kind)
             exact = kind != _CHAR
             if size is None or len(part.body) % size or (exact and len(part.body) != size * prod(shape)):
-                raise DamagedElement("an array does not hold as many values as it says")
+                raise DamagedElement("an array does not hold as many values as it declares")
             place = part.after
         return
     if kind == _STRUCT:

@@ -77,12 +77,12 @@ def read_tlog(data: bytes, path: str) -> Recording:
     if skipped:
         notes.append(f"{skipped} of {raw.size} bytes are no message and skipped")
     if over:
-        notes.append(f"the file ends inside a message ({over} bytes over); what is whole is read")
+        notes.append(f"the file ends inside a message ({over} bytes over); the complete part is read")
     streams = boot_numbers(_on_own_clock(streams), clocks=tuple(_OWN))
     senders = {f"{one >> 8}/{one & 0xFF}": int(np.count_nonzero(found[:, 4] == one)) for one in np.unique(found[:, 4])}
     if len(senders) > 1:
         notes.append(
-            "several senders talk: "
+            "several senders: "
             + ", ".join(f"{name} ({count} messages)" for name, count in senders.items())
             + f"; streams without a sender's number are those of {vehicle >> 8}/{vehicle & 0xFF}"
         )

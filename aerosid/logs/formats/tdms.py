@@ -56,7 +56,7 @@ def read_tdms(data: bytes, path: str) -> Recording:
         raise LogError(f"{path}: no channel holds numbers; check that this is the right file.")
     notes = []
     if warnings or _lengths_differ(channels):
-        notes.append("the file ends inside a segment: the recorder was cut off, and what is whole is read")
+        notes.append("the file ends inside a segment: the recording was cut off; the complete part is read")
     return Recording("tdms", tuple(streams), tuple(notes), (), start)
 
 

@@ -103,8 +103,8 @@ def _framing_notes(data: bytes) -> list[str]:
         position += 3 + length
     if position < size:
         notes.append(
-            f"the file ends inside a message ({size - position} bytes over): the recorder was cut off, and what is "
-            "whole is read"
+            f"the file ends inside a message ({size - position} bytes over): the recording was cut off; the "
+            "complete part is read"
         )
     return notes
 

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TermCovariance:
-    """What is known of a model's values.
+    """Covariance of a model's values.
 
     Attributes
     ----------

@@ -78,7 +78,7 @@ class LinearRow:
     airspeed, density, mass : float
         The condition: the mean of the first identification log; m/s, kg/m^3, kg.
     trim : mapping of str to Parameter
-        What was balanced for level flight: alpha, delta_e and thrust, beta, delta_a and delta_r.
+        Trim values of level flight: alpha, delta_e and thrust, beta, delta_a and delta_r.
     states : tuple of str
         The n states that something depends on.
     inputs : tuple of str
@@ -92,7 +92,7 @@ class LinearRow:
     qualities : mapping of str to Parameter
         n_alpha and, where there is a short period, cap; phi_to_beta where there is a Dutch roll.
     category, aircraft_class : str
-        What the levels were judged for (MIL-F-8785C).
+        Flight phase and class of the levels (MIL-F-8785C).
     levels : mapping of str to Level
         By mode, of those that there are requirements for.
     steps : tuple of StepRow
@@ -165,7 +165,7 @@ QUANTITIES = ("frequency", "damping", "period", "time_constant", "time_to_half",
 
 
 def requirement_for(aircraft: Aircraft, category: str | None, aircraft_class: str | None) -> Requirement:
-    """What was asked for, else what the aircraft file says, else category B and class II.
+    """Requested category and class, else those of the aircraft file, else category B and class II.
 
     Raises
     ------
@@ -229,7 +229,7 @@ def analyse_models(
     uncertainty : TermCovariance
         Covariance of the completed model's values.
     manoeuvres : sequence of Manoeuvre
-        The mean of the first is the condition; the longest says how long a mode was watched.
+        The mean of the first is the condition; the longest limits the modes that were observed.
     requirement : Requirement
         Flight phase and class for the levels.
     """
@@ -351,7 +351,7 @@ def _neighbours(model: AerodynamicModel, condition: FlightCondition, uncertainty
     """Steps (F,) in the uncertain values, and the linear models a step below and above."""
     places = model.indices(uncertainty.entries)
     deviations = np.sqrt(np.maximum(np.diag(uncertainty.covariance), 0.0))
-    # A tenth of a deviation is where the tangent serves; of an unknown value only whether it matters is asked.
+    # The tangent is valid within a tenth of a standard error; of an unknown value only its relevance matters.
     sizes = np.where(np.isfinite(deviations) & (deviations > 0.0), 0.1 * deviations, 1e-4)
     steps = np.minimum(sizes, 0.01 * np.maximum(np.abs(model.values[places]), 0.01))
     sides: list[list[LinearModel]] = []

@@ -15,12 +15,12 @@ CATEGORIES = ("A", "B", "C")
 CLASSES = ("I", "II", "II-C", "III", "IV")
 
 WORSE_THAN_LEVEL_3 = 4
-"""Standard: what stands for a mode beyond the limits of level 3."""
+"""Standard: value for a mode beyond the limits of level 3."""
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """What an aircraft is held to.
+    """Category and class of the requirements.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ _INCREMENTS_FROM = 20.0
 """Standard: MIL-F-8785C, 3.3.1.1; rad^2/s^2."""
 
 _MOST_OF_CLASS_III = 0.7
-"""Standard: MIL-F-8785C, 3.3.1.1; the largest damping ratio, 1, that is asked of class III."""
+"""Standard: MIL-F-8785C, 3.3.1.1; the largest damping ratio, 1, required of class III."""
 
 _ROLL = {True: (1.0, 1.4, 10.0), False: (1.4, 3.0, 10.0)}
 """Standard: MIL-F-8785C, table VII; s, longest roll-mode time constants of the levels, of nimble classes and of
@@ -200,7 +200,7 @@ def dutch_roll_level(frequency: float, damping: float, phi_to_beta: float, requi
     Notes
     -----
     MIL-F-8785C, 3.3.1.1 and table VI. The row for air-to-air combat and ground attack, damping 0.4 of class IV, is not
-    taken: category A says no more than that the manoeuvres are rapid.
+    taken: category A only requires rapid manoeuvres.
     """
     nimble = requirement.aircraft_class in _NIMBLE[requirement.category]
     levels = (_DUTCH_ROLL_1[requirement.category][nimble], _DUTCH_ROLL_2, _DUTCH_ROLL_3)
@@ -208,10 +208,10 @@ def dutch_roll_level(frequency: float, damping: float, phi_to_beta: float, requi
     for level, (limits, increment) in enumerate(zip(levels, _INCREMENTS, strict=True), 1):
         if frequency < limits.frequency:
             continue
-        asked = max(limits.damping, (limits.product + increment * excess) / frequency)
+        required = max(limits.damping, (limits.product + increment * excess) / frequency)
         if requirement.aircraft_class == "III":
-            asked = min(asked, _MOST_OF_CLASS_III)
-        if damping >= asked:
+            required = min(required, _MOST_OF_CLASS_III)
+        if damping >= required:
             return level
     return WORSE_THAN_LEVEL_3
 

@@ -64,7 +64,7 @@ def error_reduction(errors: Sequence[ErrorRow], role: str | None = None) -> Erro
     return ErrorReduction(role, float(np.median([ratio for _, _, ratio in ordered])), ordered)
 
 
-def told_of_reduction(errors: Sequence[ErrorRow]) -> str:
+def error_reduction_sentence(errors: Sequence[ErrorRow]) -> str:
     """The reduction as one sentence that holds for each channel; empty where there is none to tell."""
     reduction = error_reduction(errors)
     if reduction is None:
@@ -77,6 +77,7 @@ def told_of_reduction(errors: Sequence[ErrorRow]) -> str:
         return f"On the {flights} the open-loop error is the same before and after in every channel."
     (_, best, most), (_, worst, least) = reduction.best, reduction.worst
     return (
-        f"On the {flights} the open-loop error, before over after, is {reduction.median:.2f} in the median channel "
-        f"({most:.2f} in {best}, {least:.2f} in {worst}): it falls in {fallen} of {count} and grows in {grown}."
+        f"On the {flights} the ratio of the open-loop errors, before/after, is {reduction.median:.2f} in the median "
+        f"channel ({most:.2f} in {best}, {least:.2f} in {worst}); the error decreases in {fallen} of {count} channels "
+        f"and increases in {grown}."
     )

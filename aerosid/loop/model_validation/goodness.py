@@ -43,7 +43,7 @@ class FitRow:
 
 @dataclass(frozen=True)
 class InnovationRow:
-    """The whitened residuals of one channel of an identification log, beside the completed model.
+    """The whitened residuals of one channel of an identification log, with the completed model.
 
     `ratio` of their root-mean-square to what the estimate took for noise; `autocorrelation` at the lags 0, 1, ...;
     `whiteness` the p-value of Ljung and Box's test.
@@ -118,7 +118,7 @@ def innovation_rows(completed: Refinement, manoeuvres: Sequence[Manoeuvre]) -> l
 
 
 def correlation_matrix(completed: Refinement, uncertainty: Deviations) -> CorrelationMatrix:
-    """Correlations of the free derivatives; those that the record cannot tell apart at all stand as 0."""
+    """Correlations of the free derivatives; 0 for those that the record cannot distinguish at all."""
     names = tuple(f"{coefficient} {term}" for coefficient, term in completed.free)
     variance = np.diag(uncertainty.covariance)
     known = np.isfinite(variance) & (variance > 0.0)
@@ -147,8 +147,8 @@ ALONE = RefinementSettings(steps=12, step_tolerance=0.03, variance_tolerance=0.0
 def scatter(completed: Refinement, manoeuvres: Sequence[Manoeuvre]) -> dict[Entry, float]:
     """Standard deviation of each derivative over the manoeuvres, each estimated alone; empty for a single one.
 
-    What the joint estimate names beside terms is kept. A derivative that one of the logs cannot show is left out: its
-    scatter would be that log's noise.
+    Effects of the joint estimate that are not terms are retained. A derivative that one log cannot determine is left
+    out: its scatter would be that log's noise.
     """
     if len(manoeuvres) < 2:
         return {}

@@ -1,4 +1,4 @@
-"""Leave-one-out prediction: what each effect by itself does to the error on flights that were not fitted."""
+"""Leave-one-out prediction: error on flights not used in the fit with each effect removed in turn."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Gains = Mapping[tuple[str, str, str, float | None], float | None]
 
 
 def identity(row: Finding | Part) -> tuple[str, str, str, float | None]:
-    """Kind, place, term and moment: by which a finding and its part are known to be one."""
+    """Kind, place, term and time: the key that identifies a finding with its part."""
     kind, where, term = row.label if isinstance(row, Part) else (row.kind, row.where, row.term)
     return kind, where, term, row.time
 
@@ -38,13 +38,13 @@ def prediction_gains(found: Attribution, search: StructureSearch, flights: Seque
 
     Notes
     -----
-    The effect is struck out, everything else estimated again on the fitted flights, and the others simulated in open
-    loop from initial states of their own. A sudden change of a fitted flight is no part of another: its gain is what it
-    keeps out of the derivatives. None where a simulation leaves its range or nothing can be estimated without it.
+    The effect is removed, everything else re-estimated on the fitted flights, and the others simulated in open loop
+    from initial states of their own. A step change of a fitted flight does not act on another: its gain is the bias of
+    the derivatives that it avoids. None where a simulation leaves its range or the estimation without it fails.
     """
     if not flights or not found.findings:
         return {}
-    beside = _errors(found.completed, flights)
+    complete = _errors(found.completed, flights)
     gains: dict[tuple[str, str, str, float | None], float | None] = {}
     for part in search.parts(found.completed, None):
         try:
@@ -53,7 +53,7 @@ def prediction_gains(found: Attribution, search: StructureSearch, flights: Seque
         except EstimationError:
             gains[identity(part)] = None
             continue
-        pairs = [(without[key], error) for key, error in beside.items()]
+        pairs = [(without[key], error) for key, error in complete.items()]
         ratios = [worse / error for worse, error in pairs if worse is not None and error is not None and error > 0.0]
         gains[identity(part)] = float(np.median(ratios)) if ratios else None
     return gains

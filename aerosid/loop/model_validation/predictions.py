@@ -1,4 +1,4 @@
-"""Predictions one step and five seconds ahead, beside open loop: what of the motion each model explains.
+"""Predictions one step and five seconds ahead and in open loop: R^2 of each model.
 
 In moving air, and where a motion diverges, no open-loop simulation follows a whole record whatever the model; a few
 seconds ahead it does. Each prediction starts from the state as measured, with the model's own faults of the sensors
@@ -113,7 +113,7 @@ class _Start:
 
     @classmethod
     def of(cls, model: AerodynamicModel, effects: Sequence[ActiveEffect], manoeuvre: Manoeuvre, fed: Fed) -> _Start:
-        states = _begun(Corrected.of(model, effects, manoeuvre, fed).states, manoeuvre)
+        states = _initial_states(Corrected.of(model, effects, manoeuvre, fed).states, manoeuvre)
         flight, _ = acting_flight(model, manoeuvre, effects)
         acting = acting_model(model, effects)
         inputs = flight.inputs.copy()
@@ -149,13 +149,13 @@ class _Start:
         return {name: read[:, manoeuvre.row(name)] for name in manoeuvre.outputs}
 
 
-def _begun(states: FloatArray, manoeuvre: Manoeuvre) -> FloatArray:
+def _initial_states(states: FloatArray, manoeuvre: Manoeuvre) -> FloatArray:
     """The states to start from; height and heading that no channel shows are zero, for the others do not need them."""
-    kept = states.copy()
+    initial = states.copy()
     for n, name in enumerate(manoeuvre.axes.integrated):
         if name in UNCOUPLED and not np.isfinite(states[:, n]).any():
-            kept[:, n] = 0.0
-    return kept
+            initial[:, n] = 0.0
+    return initial
 
 
 def _columns(outputs: Mapping[str, FloatArray], manoeuvre: Manoeuvre) -> dict[str, FloatArray]:

@@ -37,7 +37,7 @@ class Prospect:
 
 
 def shared_information(estimate: Refinement) -> NDArray[np.float64]:
-    """What the records tell of the parameters that all flights share, (K, K): free terms, then the effects' numbers.
+    """Information matrix (K, K) of the parameters common to all flights: free terms, then the effects' parameters.
 
     The initial states of the records are free: they are projected out.
     """
@@ -82,7 +82,7 @@ def expected_difference(known: NDArray[np.float64], ahead: Prospect, repeats: in
     Parameters
     ----------
     known : ndarray, shape (K, K)
-        What the records tell already: moving away from it costs.
+        Information of the present records: moving away from their estimate is penalised.
     ahead : Prospect
         One flight to come, showing what the other model predicts.
     repeats : int
@@ -91,7 +91,7 @@ def expected_difference(known: NDArray[np.float64], ahead: Prospect, repeats: in
     Notes
     -----
     min over x of n |r - A x|^2 + x'F x = n r'r - n^2 r'A (F + n A'A)^-1 A'r: the criterion of T-optimality, Atkinson &
-    Fedorov, Biometrika 62 (1), 1975, with what is known already as a constraint on the rival's parameters.
+    Fedorov, Biometrika 62 (1), 1975, with the present information as a constraint on the competing parameters.
     """
     inverse = scaled_inverse(known + repeats * ahead.information)
     inverse[~np.isfinite(inverse)] = 0.0
@@ -104,15 +104,15 @@ def expected_deviations(known: NDArray[np.float64], ahead: Prospect, repeats: in
     return np.asarray(np.sqrt(np.diag(scaled_inverse(known + repeats * ahead.information))))
 
 
-def probability_told_apart(difference: float, present: float, reach: float) -> float:
-    """Of telling two models apart whichever is true, the expected difference of -2 ln L being given.
+def probability_distinguished(difference: float, present: float, reach: float) -> float:
+    """Probability of distinguishing two models, whichever is true, for an expected difference of -2 ln L.
 
     Parameters
     ----------
     difference : float
         Expected from the flight to come.
     present : float
-        The difference that the records show already, which stands against the one that is true in the worse case.
+        The difference in the present records, which is against the true one in the worse case.
     reach : float
         From which difference on one of them is no longer an alternative.
 
@@ -127,7 +127,7 @@ def probability_told_apart(difference: float, present: float, reach: float) -> f
 
 
 def needed_difference(present: float, reach: float, certain: float) -> float:
-    """The expected difference of -2 ln L from which the models are told apart with a probability `certain`."""
+    """The expected difference of -2 ln L from which the models are distinguished with a probability `certain`."""
     quantile = float(ndtri(certain))
     return float((quantile + np.sqrt(quantile**2 + abs(present) + reach)) ** 2)
 

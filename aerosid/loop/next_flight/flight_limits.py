@@ -87,7 +87,7 @@ class FlightLimits:
         Parameters
         ----------
         outputs : ndarray, shape (N, m)
-            What the sensors would show, from trim.
+            Sensor outputs, from trim.
         surfaces : mapping of str to ndarray, shape (N,)
             Each surface, rad.
         still : mapping of str to float

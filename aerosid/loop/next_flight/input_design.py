@@ -29,7 +29,7 @@ from aerosid.loop.next_flight.expected_information import (
     shared_information,
 )
 from aerosid.loop.next_flight.flight_limits import FlightLimits, flight_limits, shown
-from aerosid.loop.next_flight.open_questions import REACH, Rival, Unknown, largest_colour
+from aerosid.loop.next_flight.open_questions import REACH, CompetingModel, Unknown, largest_colour
 from aerosid.loop.next_flight.predicted_flight import (
     SteadyFlight,
     at_steady,
@@ -153,7 +153,7 @@ class InputSearch:
         self,
         found: Attribution,
         manoeuvres: Sequence[Manoeuvre],
-        rivals: Sequence[Rival],
+        rivals: Sequence[CompetingModel],
         unknowns: Sequence[Unknown],
         given: Mapping[str, tuple[float, float]],
         settings: DesignSettings,
@@ -201,7 +201,7 @@ class InputSearch:
         return {name: manoeuvre.flight.inputs[:, place] for name, place in self.steady.controls.items()}
 
     def simulated(self, estimate: Refinement, planned: Manoeuvre) -> NDArray[np.float64]:
-        """What the sensors would show (N, 8) if `estimate` were true; NaN from where it leaves its range."""
+        """Sensor outputs (N, 8) if `estimate` were true; NaN from where it leaves its range."""
         return simulate(estimate.model, planned, self.start_of(estimate), estimate.effects)[0]
 
     def start_of(self, estimate: Refinement) -> NDArray[np.float64]:
@@ -246,7 +246,7 @@ class InputSearch:
             amplitude = self.rounded(guess if inside == 0.0 else 0.5 * (inside + outside))
             if outside < self.settings.resolved * inside or not inside < amplitude < outside:
                 break
-        # Models that fit the same record answer nearly alike: they are asked last.
+        # Models that fit the same record respond nearly alike: they are simulated last.
         others = [rival.estimate for rival in self.rivals]
         while inside > 0.0 and others:
             if self.room(self.planned((Move(surface, shape, inside),), self.time), others) >= 0.0:
@@ -260,7 +260,7 @@ class InputSearch:
         return float(np.floor(amplitude / resolution + 1e-6)) * resolution
 
     def prospects(self, planned: Manoeuvre, chosen: NDArray[np.float64]) -> list[Prospect]:
-        """A flight on which the chosen model is true, `chosen` (N, 8) being what is shown, as each rival sees it."""
+        """A flight on which the chosen model is true, with outputs `chosen` (N, 8), seen by each competing model."""
         flight = planned.flight
         true = replace(planned, flight=flight._replace(measured=np.where(np.isnan(flight.measured), np.nan, chosen)))
         return [prospect(self.seen(rival.estimate, planned), true) for rival in self.rivals]
@@ -271,7 +271,7 @@ class InputSearch:
         return at_steady(level, self.start_of(estimate), sampling_ratio(self.record, planned.flight.time))
 
     def trial(self, *moves: Move) -> Trial | None:
-        """What an input would tell; None where a model leaves its range on it, or its information overflows."""
+        """Information expected from an input; None where a model leaves its range, or the information overflows."""
         self.tried += 1
         planned = self.planned(moves, self.time)
         shares: list[float] = []
@@ -307,7 +307,7 @@ class InputSearch:
             alone = np.maximum(alone, reached.shares)
             if reached.worth > (1.0 + self.settings.worth) * best.worth:
                 best = reached
-        # What a pilot can fly comes first, as long as it decides everything.
+        # Inputs that a pilot can fly come first, as long as they answer everything.
         if best.decides_less_than_all and grid[0].worth > (1.0 + self.settings.worth) * best.worth:
             best = grid[0]
         return best, alone

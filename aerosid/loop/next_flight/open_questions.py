@@ -1,4 +1,4 @@
-"""Open questions: models that fit about as well, and derivatives that the flights do not show."""
+"""Open questions: models that fit about as well, and derivatives that are not significant."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from aerosid.search.settings import AttributionSettings
 
 
 @dataclass(frozen=True)
-class Rival:
+class CompetingModel:
     """A model that fits the records about as well as the chosen one.
 
-    `estimate` it, fitted; `known` (K, K) what the records tell of its parameters; `present` the difference of -2 ln L
-    that stands against it, counted for coloured residuals as all expected ones are; `label` its name, `instead_of` the
-    chosen effect that it would replace; `kinds` and `places` of both.
+    `estimate`: its estimate; `known` (K, K): information matrix of its parameters from the records; `present`: the
+    difference of -2 ln L against it, corrected for coloured residuals as all expected ones are; `label`: its name;
+    `instead_of`: the chosen effect that it would replace; `kinds` and `places` of both.
     """
 
     estimate: Refinement
@@ -34,7 +34,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class Unknown:
-    """A derivative that is not shown: its `place` among the free entries, deviations `present` and `needed`, and by
+    """An insignificant derivative: its `place` among the free entries, deviations `present` and `needed`, and by
     how much coloured residuals widen it.
     """
 
@@ -50,7 +50,7 @@ REACH = AttributionSettings().reach
 
 
 def largest_colour(found: Attribution) -> float:
-    """By how much coloured residuals widen the variance of what was found: expected differences shrink by as much."""
+    """Largest factor by which coloured residuals widen a variance: expected differences shrink by as much."""
     completed, uncertainty = found.completed, found.completed_deviations
     ratios = [1.0]
     for n, entry in enumerate(completed.free):
@@ -61,8 +61,8 @@ def largest_colour(found: Attribution) -> float:
     return max(ratios)
 
 
-def rivals_of(found: Attribution, most: int) -> tuple[Rival, ...]:
-    """The alternatives as models, the closest first; several effects of one fit are one rival."""
+def competing_models(found: Attribution, most: int) -> tuple[CompetingModel, ...]:
+    """The alternatives as models, the closest first; several effects of one fit are one model."""
     fits: dict[int, tuple[Refinement, list[Finding]]] = {}
     for other in sorted(found.alternatives, key=lambda one: -one.gain):
         if other.fit is not None and other.fit.held_to_data == 0.0:
@@ -74,7 +74,7 @@ def rivals_of(found: Attribution, most: int) -> tuple[Rival, ...]:
         instead_of = parts[0].instead_of
         both = [*parts, *([chosen[instead_of]] if instead_of in chosen else [])]
         rivals.append(
-            Rival(
+            CompetingModel(
                 estimate=fit,
                 known=shared_information(fit),
                 present=-parts[0].gain / colour,

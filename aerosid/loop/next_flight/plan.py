@@ -22,12 +22,12 @@ from aerosid.loop.next_flight.expected_information import (
     expected_deviations,
     expected_difference,
     needed_difference,
-    probability_told_apart,
+    probability_distinguished,
     prospect,
 )
 from aerosid.loop.next_flight.flight_limits import UNITS, shown
 from aerosid.loop.next_flight.input_design import DesignSettings, InputSearch, Trial
-from aerosid.loop.next_flight.open_questions import REACH, Rival, Unknown, rivals_of
+from aerosid.loop.next_flight.open_questions import REACH, CompetingModel, Unknown, competing_models
 from aerosid.loop.next_flight.planned_flight import (
     NextFlight,
     PlannedHistory,
@@ -57,12 +57,12 @@ def plan_next_flight(
     manoeuvres : sequence of Manoeuvre
         The records it was fitted to; the next flight begins in steady flight at the condition of the first.
     derivatives : sequence of DerivativeRow
-        Those that are not shown are questions.
+        Those that are not significant are questions.
     limits : mapping of str to (float, float)
         Of `flight_limits.UNITS`, SI; those that are not given follow from what was flown.
     """
     settings = settings or DesignSettings()
-    rivals, unknowns = rivals_of(found, settings.rivals), _unknowns(found, derivatives)
+    rivals, unknowns = competing_models(found, settings.rivals), _unknowns(found, derivatives)
     if not rivals and not unknowns:
         return None
     if found.completed.held_to_data > 0.0:
@@ -80,20 +80,22 @@ def plan_next_flight(
     if best is None:
         note = f"No {moved} input stays within the limits from this trim."
         return _nothing(rivals, unknowns, settings, search.tried, note)
-    questions = _answered(search, best, alone)
+    questions = _assessed(search, best, alone)
     if all(question.repeats is None for question in questions):
-        return NextFlight(None, questions, search.tried, f"No {moved} input within these limits decides anything.")
+        return NextFlight(
+            None, questions, search.tried, f"No {moved} input within these limits answers an open question."
+        )
     return NextFlight(_planned_input(search, best), questions, search.tried, "")
 
 
 def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple[Unknown, ...]:
-    """The derivatives that are not shown but can be estimated."""
+    """The derivatives that are not significant but can be estimated."""
     uncertainty = found.completed_deviations
     names = [(coefficient, str(term)) for coefficient, term in found.completed.free]
     unknowns = []
     for row in derivatives:
         place = names.index((row.coefficient, row.term)) if (row.coefficient, row.term) in names else None
-        # Aircraft are nearly symmetric: what no input shows to be there need not be.
+        # Aircraft are nearly symmetric: a constant of an asymmetric coefficient need not exist.
         if row.shown or place is None or (row.term == "1" and not is_symmetric(row.coefficient)):
             continue
         corrected, white = float(uncertainty.corrected[place]), float(uncertainty.white[place])
@@ -114,23 +116,25 @@ def _unknowns(found: Attribution, derivatives: Sequence[DerivativeRow]) -> tuple
 
 
 def _nothing(
-    rivals: Sequence[Rival], unknowns: Sequence[Unknown], settings: DesignSettings, tried: int, note: str
+    rivals: Sequence[CompetingModel], unknowns: Sequence[Unknown], settings: DesignSettings, tried: int, note: str
 ) -> NextFlight:
-    """The questions where no input could be designed: nothing is said of what one would tell."""
+    """The questions where no input could be designed, without expected results."""
     open_ones = [_about_rival(rival, settings, None, None, None, _NOT_JUDGED) for rival in rivals]
     open_ones += [_about_derivative(unknown, None, None, _NOT_JUDGED) for unknown in unknowns]
     return NextFlight(None, tuple(open_ones), tried, note)
 
 
-def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> tuple[Question, ...]:
-    """The questions with what the input is expected to say to them, at the record's own sampling."""
+def _assessed(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> tuple[Question, ...]:
+    """The questions with the results expected from the input, at the record's own sampling."""
     planned = search.planned(best.moves, search.fine)
     questions = []
     ahead = search.prospects(planned, search.simulated(search.chosen, planned)) if search.rivals else []
     for n, (rival, one) in enumerate(zip(search.rivals, ahead, strict=True)):
         back = _seen_by_chosen(search, planned, rival)
 
-        def difference(count: int, rival: Rival = rival, one: Prospect = one, back: Prospect | None = back) -> float:
+        def difference(
+            count: int, rival: CompetingModel = rival, one: Prospect = one, back: Prospect | None = back
+        ) -> float:
             ways = [expected_difference(rival.known, one, count)]
             if back is not None:
                 ways.append(expected_difference(search.known, back, count))
@@ -140,12 +144,12 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
             (
                 count
                 for count in range(1, search.settings.repeats + 1)
-                if probability_told_apart(difference(count), rival.present, REACH) >= search.settings.certain
+                if probability_distinguished(difference(count), rival.present, REACH) >= search.settings.certain
             ),
             None,
         )
         expected = difference(1)
-        probability = probability_told_apart(expected, rival.present, REACH)
+        probability = probability_distinguished(expected, rival.present, REACH)
         hint = "" if repeats is not None else _instead(rival, float(alone[n]), _surfaces(search))
         questions.append(_about_rival(rival, search.settings, expected, probability, repeats, hint))
     if search.unknowns:
@@ -169,8 +173,8 @@ def _answered(search: InputSearch, best: Trial, alone: NDArray[np.float64]) -> t
     return tuple(questions)
 
 
-def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: Rival) -> Prospect | None:
-    """The planned flight with the rival being true, as the chosen model sees it; None where it leaves its range."""
+def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: CompetingModel) -> Prospect | None:
+    """The planned flight with the competing model true, seen by the chosen model; None where it leaves its range."""
     flight = planned.flight
     response = search.simulated(rival.estimate, planned)
     true = replace(planned, flight=flight._replace(measured=np.where(np.isnan(flight.measured), np.nan, response)))
@@ -181,7 +185,7 @@ def _seen_by_chosen(search: InputSearch, planned: Manoeuvre, rival: Rival) -> Pr
 
 
 def _about_rival(
-    rival: Rival,
+    rival: CompetingModel,
     settings: DesignSettings,
     expected: float | None,
     probability: float | None,
@@ -216,48 +220,48 @@ def _about_derivative(unknown: Unknown, expected: float | None, repeats: int | N
 
 
 _RUNS_AWAY = (
-    "The model runs away in open loop: an input needs a pilot or a controller in the loop, which this design does not "
-    "know."
+    "The model is unstable in open loop: an input needs a pilot or a controller in the loop, which this design does "
+    "not include."
 )
-_NOT_JUDGED = "Not judged: no input was designed."
-_OWN_INPUT = "Another input alone would decide it: fly this one first, then run again."
+_NOT_JUDGED = "Not assessed: no input was designed."
+_OWN_INPUT = "Another input would answer it: fly this one first, then run again."
 _OTHER_CONDITION = (
-    "No {} input within these limits shows it; another trim (airspeed, centre of gravity, configuration), or "
-    "wider limits, must."
+    "No {} input within these limits makes it significant; another trim (airspeed, centre of gravity, "
+    "configuration) or wider limits are needed."
 )
 
 
 def _surfaces(search: InputSearch) -> str:
-    """The surfaces that may be moved, as a person says them after no."""
+    """The surfaces that may be moved, joined by or."""
     return " or ".join(SURFACES[name] for name in search.steady.controls)
 
 
-def _instead(rival: Rival, share: float, surfaces: str) -> str:
-    """What to do where the planned input does not decide: another input, or something else altogether."""
+def _instead(rival: CompetingModel, share: float, surfaces: str) -> str:
+    """Advice where the planned input does not decide: another input, or other means."""
     return _OWN_INPUT if share >= 1.0 else elsewhere(rival, surfaces)
 
 
-def elsewhere(rival: Rival, surfaces: str) -> str:
-    """What would tell two effects apart that no input of some surfaces does, in general terms."""
+def elsewhere(rival: CompetingModel, surfaces: str) -> str:
+    """Means of distinguishing two effects that no input of some surfaces distinguishes."""
     kinds = rival.kinds
     if "gust" in kinds:
         what = "flights in calm air, or a measured flow angle ahead of the aircraft"
     elif all(kind.startswith("sensor_") for kind in kinds) and len(rival.places) == 1:
-        what = "a calibration of that sensor on the ground, or a second one beside it"
+        what = "a calibration of that sensor on the ground, or a second sensor"
     elif all(kind.startswith("sensor_") for kind in kinds):
         what = "an independent sensor of one of the two channels, or its calibration on the ground"
     elif any(kind.startswith("sensor_") for kind in kinds):
         what = (
-            "a second sensor of the channel, or another airspeed: a sensor's fault keeps its size, an aerodynamic "
-            "effect grows with the dynamic pressure"
+            "a second sensor of the channel, or another airspeed: an instrument error stays constant, an "
+            "aerodynamic effect grows with the dynamic pressure"
         )
     elif any(kind.startswith("control_") for kind in kinds):
         what = "a position sensor on the surface itself"
     elif "step_change" in kinds:
-        what = "the same flight once more, which shows whether the change comes again"
+        what = "a repeat of the flight, which shows whether the step change recurs"
     else:
         what = "another trim (airspeed, centre of gravity, flap or stabiliser setting)"
-    return f"No {surfaces} input within these limits tells them apart. What would: {what}."
+    return f"No {surfaces} input within these limits distinguishes them; required: {what}."
 
 
 def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
@@ -290,7 +294,7 @@ def _planned_input(search: InputSearch, best: Trial) -> PlannedInput:
 
 
 def _name(search: InputSearch, best: Trial) -> str:
-    """What a pilot calls an input; with the surface where there are several."""
+    """Name of an input for the pilot; with the surface where there are several."""
     if len(search.steady.controls) == 1:
         return best.moves[0].shape.name
     return " then ".join(f"{SURFACES[move.surface]} {move.shape.name}" for move in best.moves)
@@ -315,7 +319,7 @@ FOLLOWED = {
 
 
 def _expected(search: InputSearch, responses: Sequence[NDArray[np.float64]]) -> dict[str, PlannedHistory]:
-    """The histories of those channels by the chosen model and the first rival."""
+    """The histories of those channels by the chosen and the first competing model."""
     chosen, *rivals = responses
     histories = {}
     for name in FOLLOWED[search.axes.name]:

@@ -59,7 +59,7 @@ class PlannedInput:
     Attributes
     ----------
     name : str
-        What a pilot calls it: doublet, 3-2-1-1, multistep, multisine, rudder doublet then aileron 2-1-1.
+        Name for the pilot: doublet, 3-2-1-1, multistep, multisine, rudder doublet then aileron 2-1-1.
     steps : tuple of PlannedStep
         Empty for a multisine.
     amplitude, rate : float
@@ -95,24 +95,24 @@ class PlannedInput:
 
 @dataclass(frozen=True)
 class Question:
-    """Something that the flights leave open, and what the planned input would answer.
+    """An open question, and the result expected from the planned input.
 
     Attributes
     ----------
     kind : str
-        `alternative`: the chosen effect or another; `derivative`: one that is not shown.
+        `alternative`: the chosen effect or another; `derivative`: one that is not significant.
     subject, rival : str
         The chosen effect and the other one; the derivative, and nothing.
     present, expected, needed : float or None
         Of alternatives: by how much -2 ln L favours the chosen one now, the difference that the input is expected to
-        bring whichever is true, and the one from which they count as told apart. Of a derivative: its standard
-        deviation now (None: unknown), after the input, and the one from which it is shown.
+        bring whichever is true, and the one from which they count as distinguished. Of a derivative: its standard
+        deviation now (None: unknown), after the input, and the one at which it is significant.
     probability : float or None
-        Of telling the alternatives apart with one flight, in the worse of the two cases.
+        Of distinguishing the alternatives with one flight, in the worse of the two cases.
     repeats : int or None
         Flights of the planned input that decide it; None where many do not.
     elsewhere : str
-        What would decide it where this input does not; else empty.
+        What would answer it where this input does not; else empty.
     """
 
     kind: str
@@ -128,7 +128,7 @@ class Question:
 
 @dataclass(frozen=True)
 class NextFlight:
-    """What to fly next; `input` is None where no input within the limits decides anything, and `note` why."""
+    """The next flight; `input` is None where no input within the limits answers a question, `note` the reason."""
 
     input: PlannedInput | None
     questions: tuple[Question, ...]

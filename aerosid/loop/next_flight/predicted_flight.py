@@ -24,7 +24,7 @@ _TURNING = ("p", "q", "r", "phi", "beta")
 """Measured motion that steady flight with wings level has none of."""
 
 _BALANCED = {"u": "alpha", "w": "delta_e", "q": "theta", "v": "beta", "p": "delta_a", "r": "delta_r"}
-"""What is found so that each of the states that forces and moments act on rests."""
+"""Unknowns of the trim: found so that each state on which forces and moments act is steady."""
 
 _FARTHEST = {"alpha": 0.6, "delta_e": 1.0, "theta": 1.2, "beta": 0.3, "delta_a": 1.0, "delta_r": 1.0}
 """Numerical: rad, beyond which a root of the balance is no steady flight."""
@@ -141,7 +141,7 @@ def steady_flight(completed: Refinement, manoeuvre: Manoeuvre) -> SteadyFlight:
 
 
 def _input_of(controls: Sequence[str]) -> str:
-    """What an input of some surfaces is called."""
+    """Name of an input of some surfaces."""
     return f"{' and '.join(SURFACES[name] for name in controls)} input"
 
 
@@ -165,7 +165,7 @@ def planned_manoeuvre(
     deflections : mapping of str to ndarray, shape (N,)
         Of each surface that is moved, from trim, rad, linear between samples.
     measured : ndarray, shape (N, m), optional
-        What the sensors are to show; zero where none is given.
+        Sensor outputs; zero where none is given.
     longest_substep : float
         Of the integrator, s.
 

@@ -120,8 +120,8 @@ def _check(aircraft: Aircraft, options: ExportOptions) -> None:
     for effect in aircraft.effects:
         if not of_the_recording(effect):
             raise AircraftError(
-                f"{aircraft.path}: [[effects]] declares {named(effect)}, which has a memory and no place in the static "
-                "functions of DAVE-ML; strike the effect, or export with --format jsbsim."
+                f"{aircraft.path}: [[effects]] declares {named(effect)}, which is dynamic and cannot be written as a "
+                "static function of DAVE-ML; delete the effect, or export with --format jsbsim."
             )
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", options.date):
         raise UsageError(f"--date is {options.date!r}, expected YYYY-MM-DD; correct it.")

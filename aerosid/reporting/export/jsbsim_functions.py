@@ -82,7 +82,7 @@ def channel_property(references: References, channel: str) -> tuple[str, float]:
     if found is None:
         raise AircraftError(
             f"{references.where}: a term names the channel {channel}, which JSBSim does not know; name the property "
-            "that stands for it, or strike the term."
+            "that stands for it, or delete the term."
         )
     return found
 

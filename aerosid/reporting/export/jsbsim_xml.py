@@ -183,12 +183,12 @@ def _check(aircraft: Aircraft, settings: ExportSettings) -> None:
         if not of_the_recording(effect) and effect.kind not in _ACTUATOR:
             raise AircraftError(
                 f"{aircraft.path}: [[effects]] declares {effect.kind}, which JSBSim XML of this kind cannot carry; "
-                "strike the effect, or add its terms to the derivatives."
+                "delete the effect, or add its terms to the derivatives."
             )
         if effect.kind in _ACTUATOR and effect.where == "thrust":
             raise AircraftError(
                 f"{aircraft.path}: [[effects]] declares {effect.kind} of thrust, which in JSBSim is the engine's; "
-                "strike the effect, and give the engine its time."
+                "delete the effect, and give the engine its time."
             )
         if effect.kind in _ACTUATOR and effect.value is None:
             raise AircraftError(f"{aircraft.path}: the effect {effect.kind} of {effect.where} has no value; add one.")

@@ -9,7 +9,7 @@ from pathlib import Path
 from aerosid.aircraft import Aircraft, DeclaredEffect
 from aerosid.errors import UsageError
 
-NOT_SHOWN = "declared value, not shown by the flights"
+NOT_SHOWN = "declared value, not significant in the flights"
 """What stands beside a derivative of a completed file that the flights hold too little information on."""
 
 

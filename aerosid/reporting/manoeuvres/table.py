@@ -36,7 +36,7 @@ def print_segmentation(segmentation: FlightSegmentation, log: FlightLog, console
     table = Table(title=f"{log.path or log.name}", title_justify="left")
     for heading in ("from [s]", "to [s]"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for heading in ("kind", "moved", "condition", "air", "expected deviations"):
+    for heading in ("kind", "moved", "condition", "air", "expected standard errors"):
         table.add_column(heading)
     for manoeuvre in segmentation:
         table.add_row(
@@ -52,11 +52,11 @@ def print_segmentation(segmentation: FlightSegmentation, log: FlightLog, console
     console.print(summary(segmentation), soft_wrap=True)
     if not rejected or not segmentation.rejected:
         return
-    why = Table(title="Lively, and no manoeuvre", title_justify="left")
+    why = Table(title="Dynamic, but no manoeuvre", title_justify="left")
     for heading in ("from [s]", "to [s]"):
         why.add_column(heading, justify="right")
     why.add_column("moved")
-    why.add_column("why not")
+    why.add_column("reason")
     for entry in segmentation.rejected:
         why.add_row(f"{entry.start:.1f}", f"{entry.stop:.1f}", surface_words(entry.surface), entry.reason)
     console.print(why)
@@ -66,7 +66,7 @@ def summary(segmentation: FlightSegmentation) -> str:
     """One sentence on what was found and where the aircraft flew, or on why nothing was sought."""
     if segmentation.lacking:
         names = " and ".join(f"{name} ({CHANNELS[name].name})" for name in segmentation.lacking)
-        return f"Nothing was sought: the recording holds no {names}; map it in a channel map."
+        return f"No manoeuvres were searched for: the recording holds no {names}; map it in a channel map."
     trims = sum(entry.kind == "trim" for entry in segmentation)
     turns = sum(entry.kind in ("turn", "steady_turn") for entry in segmentation)
     flown = ", ".join(f"{first:.6g} to {last:.6g} s" for first, last in segmentation.airborne[:4]) or "never"
@@ -75,7 +75,7 @@ def summary(segmentation: FlightSegmentation) -> str:
     return (
         f"{_counted(len(segmentation.dynamic), 'manoeuvre')}, {_counted(trims, 'trim point')} and "
         f"{_counted(turns, 'turn')} in {segmentation.start:.6g} to {segmentation.stop:.6g} s; "
-        f"in the air {flown}{more}; lively and no manoeuvre: {rejected}."
+        f"in the air {flown}{more}; dynamic, but no manoeuvre: {rejected}."
     )
 
 

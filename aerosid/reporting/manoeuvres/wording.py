@@ -1,4 +1,4 @@
-"""Kinds, movements, conditions and worth of manoeuvres in the words of a table."""
+"""Kinds, movements, conditions and expected standard errors of manoeuvres in the words of a table."""
 
 from __future__ import annotations
 
@@ -70,21 +70,21 @@ def condition_words(manoeuvre: FoundManoeuvre) -> str:
 
 
 def air_words(turbulence: float) -> str:
-    """Calm, light, moderate or severe, with the number that says so."""
+    """Calm, light, moderate or severe, with the root-mean-square load factor."""
     if not math.isfinite(turbulence):
-        return "not known"
+        return "unknown"
     names = ((REMARKS.calm, "calm"), (REMARKS.light, "light"), (REMARKS.moderate, "moderate"))
     name = next((name for limit, name in names if turbulence < limit), "severe")
     return f"{name} ({turbulence:.3f} g)"
 
 
 def worth_words(expected: tuple[ExpectedDeviation, ...]) -> str:
-    """Each derivative with its expected deviation in per cent of its value; those that would not be shown last."""
+    """Each derivative with its expected standard error in per cent; insignificant ones last, with a dash."""
     ordered = sorted(expected, key=lambda entry: entry.deviation / max(abs(entry.value), 1e-30))
     parts = []
     for entry in ordered[:_WORTH_SHOWN]:
         if not entry.shown:
-            parts.append(f"{entry.coefficient} {entry.term} not")
+            parts.append(f"{entry.coefficient} {entry.term} –")
         else:
             share = 100.0 * entry.deviation / abs(entry.value)
             parts.append(f"{entry.coefficient} {entry.term} {share:.2g} %")

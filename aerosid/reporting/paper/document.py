@@ -145,7 +145,7 @@ def _head(result: ClosedLoop, report: Report) -> list[Any]:
     """What the page's head says: which flights it is about, then the title block."""
     facts = [
         ("fitted on", ", ".join(log.name for log in result.identification)),
-        ("validated on", ", ".join(log.name for log in result.validation) or "no flight"),
+        ("validated on", ", ".join(log.name for log in result.validation) or "none"),
     ]
     if result.hold_out:
         facts.append(("held out", ", ".join(log.name for log in result.hold_out)))

@@ -8,6 +8,8 @@ import re
 from aerosid.reporting.paper.elements import Element
 
 _TAGS = {"b": "b", "i": "i", "var": "i", "sub": "sub", "sup": "super", "strong": "b", "em": "i", "s": "strike"}
+_SHIFTED = {"sub": ' rise="18%" size="72%"', "super": ' rise="35%" size="72%"'}
+"""Display: shift and size of sub- and superscripts; the half em that is usual in reportlab runs into the next line."""
 _BLANKS = re.compile(r"[ \t\r\n]+")
 
 
@@ -37,4 +39,4 @@ def _part(child: Element | str) -> str:
     if "tag" in child.classes:
         return f" ({inner.strip()})"
     tag = _TAGS.get(child.tag)
-    return f"<{tag}>{inner}</{tag}>" if tag and inner else inner
+    return f"<{tag}{_SHIFTED.get(tag, '')}>{inner}</{tag}>" if tag and inner else inner

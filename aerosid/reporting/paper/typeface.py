@@ -29,7 +29,7 @@ def registered() -> str:
 
     spec = find_spec("matplotlib")
     if spec is None or spec.origin is None:
-        raise UsageError("matplotlib, whose fonts report.pdf uses, is not installed; install aerosid anew.")
+        raise UsageError("matplotlib, whose fonts report.pdf uses, is not installed; reinstall aerosid.")
     folder = Path(spec.origin).parent / "mpl-data" / "fonts" / "ttf"
     cuts = [f"{TYPEFACE}{cut}" for cut in ("", "-Bold", "-Oblique", "-BoldOblique")]
     for cut in cuts:

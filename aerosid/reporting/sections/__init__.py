@@ -1,4 +1,4 @@
-"""The sections of the report, in the order of its story: what to decide, then why it should be believed.
+"""Sections of the report in order: the decision first, then the evidence for it.
 
 A section is one function `context(result, figures)` in a file here, one template of its name in templates/, and one
 line in `SECTIONS`. The function gives what fills the template, or None where the result holds nothing of the kind;
@@ -47,20 +47,20 @@ class Section:
 
 
 SECTIONS = (
-    Section("decision", "What is to be decided", decision.context),
-    Section("instruments", "Do the instruments agree with each other?", instruments.context),
-    Section("residual", "The residual, and where it is", residual.context),
-    Section("candidates", "The candidates and their evidence", candidates.context),
-    Section("effects", "What was chosen", effects.context),
-    Section("prediction", "Error before and after", prediction.context),
-    Section("predictions", "Predictions ahead", predictions.context),
+    Section("decision", "Decision summary", decision.context),
+    Section("instruments", "Data compatibility check", instruments.context),
+    Section("residual", "Residual and model error d(t)", residual.context),
+    Section("candidates", "Candidate terms", candidates.context),
+    Section("effects", "Identified effects", effects.context),
+    Section("prediction", "Open-loop time histories", prediction.context),
+    Section("predictions", "Predictions one step and five seconds ahead", predictions.context),
     Section("qualification", "Simulator tolerances of 14 CFR Part 60", qualification.context),
-    Section("alternatives", "What else it could be", alternatives.context),
-    Section("next_flight", "What to fly next", next_flight.context),
+    Section("alternatives", "Indistinguishable alternatives", alternatives.context),
+    Section("next_flight", "Next flight", next_flight.context),
     Section("derivatives", "Derivatives", derivatives.context),
     Section("linear", "Modes and flying qualities", linear.context),
-    Section("fit", "Fit of every flight", fit.context),
-    Section("readings", "What was read", readings.context),
+    Section("fit", "Goodness of fit", fit.context),
+    Section("readings", "Channels read", readings.context),
     Section("screening", "Appendix A: candidates screened", screening.context),
     Section("glossary", "Appendix B: symbols and terms", glossary.context),
     Section("card", "Pilot’s card", card.context),

@@ -42,20 +42,22 @@ def _plots(drawn: Sequence[RegressorPicture], found: Mapping[tuple[str, str], fl
     room = max(_TILES, -(-chosen // _ACROSS) * _ACROSS) - chosen
     rivals = sorted((each for each in drawn if not each.chosen), key=lambda each: -abs(each.correlation))[:room]
     kept = [each for each in drawn if each.chosen or each in rivals]
-    pictures = sorted(kept, key=lambda picture: coefficients.index(picture.coefficient))  # a rival beside its victor
+    pictures = sorted(
+        kept, key=lambda picture: coefficients.index(picture.coefficient)
+    )  # a competing term next to the selected one
     said = "; ".join(
         f"{picture.coefficient} {picture.term}: slope {number(picture.slope, 3)}, correlation "
         f"{number(picture.correlation, 3)} ({_fate(picture, found)})"
         for picture in pictures
     )
     label = f"Cross-plots of d(t) against {', '.join(f'{p.coefficient} {p.term}' for p in pictures)}"
-    what = "Model error of the recursion, not smoothed, against single terms; slope and correlation of the points"
+    what = "Unsmoothed model error of the recursion against single terms; slope and correlation of the points"
     return figures.add(cross_plots(pictures), f"{what}. {said}.", label)
 
 
 def _fate(picture: RegressorPicture, found: Mapping[tuple[str, str], float]) -> str:
     """What became of the candidate: the value that the tables give it, or none."""
     if not picture.chosen:
-        return "did not enter"
+        return "not included"
     value = found.get((picture.coefficient, picture.term))
-    return "entered" if value is None else f"value {number(value, 3)}"
+    return "included" if value is None else f"value {number(value, 3)}"

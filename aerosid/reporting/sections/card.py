@@ -133,5 +133,5 @@ def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
 
 def _decides(question: Question) -> str:
     if question.kind == "derivative":
-        return f"{question.subject} becomes known"
-    return f"{question.subject} or {question.rival}"
+        return f"determine {question.subject}"
+    return f"distinguish {question.subject} from {question.rival}"

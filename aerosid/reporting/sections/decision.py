@@ -1,4 +1,4 @@
-"""Decision summary: verdict, effects, error before and after, and what is not proven."""
+"""Decision summary: verdict, effects, error before and after, and open points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.error_rows import by_log, noise_scale
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, noise_is_the_measure, unproven
+from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, noise_is_the_measure, open_points
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
@@ -22,7 +22,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         "verdict": result.verdict.name.lower().replace("_", " "),
         "meaning": result.verdict.value,
         "decision": DECISIONS[result.verdict],
-        "open_points": unproven(result),
+        "open_points": open_points(result),
         "derivatives": [_columns(part) for part in _threes(result.derivatives)],
         "logs": by_log(rows, result),
         "scale": scale or False,

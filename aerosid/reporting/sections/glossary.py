@@ -44,14 +44,14 @@ TERMS = (
     Term(
         "re-estimated (before)",
         "The declared structure with its derivatives estimated on the identification flights, by the same estimator "
-        "and weights as the completed model, so that retuning alone earns nothing.",
+        "and weights as the completed model, so that re-estimation alone does not count as an improvement.",
     ),
-    Term("completed (after)", "The declared structure with the effects that were found, all estimated together."),
+    Term("completed (after)", "The declared structure with the identified effects, all estimated together."),
     Term(
         "trimmed",
         "The completed model with the constants of the force and moment coefficients re-estimated on that flight.",
     ),
-    Term("identification, validation", "Flights used for the estimate; flights that are only predicted."),
+    Term("identification, validation", "Flights used in the estimate; flights that are only predicted."),
     Term(
         "open loop",
         "Simulated from an initial state estimated on the flight, driven by measured inputs alone, no measurement "
@@ -62,22 +62,34 @@ TERMS = (
     Term("standard error", "Standard deviation of an estimate, corrected for coloured residuals."),
     Term(
         "log-likelihood difference 2Δln L",
-        "Twice the difference of the log-likelihoods of two models on the same flights; large: the data speak for "
+        "Twice the difference of the log-likelihoods of two models on the same flights; large: the data favour "
         "the first.",
     ),
     Term(
-        "p-value", "Probability of so large an estimate if the effect were absent, counted over all hypotheses tried."
+        "p-value",
+        "Probability of so large an estimate if the effect were absent, corrected for the number of hypotheses tested.",
     ),
-    Term("model error d(t)", "Coefficient history that the equations of motion lack (Parameswaran and Raol 1994)."),
-    Term("correlation", "Of d(t) with a candidate term, both through the same estimator; of two estimates in a table."),
-    Term("variance inflation", "Factor by which not knowing the other estimates widens the variance of one."),
+    Term(
+        "model error d(t)",
+        "Time history of the coefficient missing from the equations of motion (Parameswaran and Raol 1994).",
+    ),
+    Term(
+        "correlation",
+        "Of d(t) with a candidate term, both filtered by the same estimator; in tables, of two estimates.",
+    ),
+    Term(
+        "variance inflation", "Factor by which estimating the other parameters as well increases the variance of one."
+    ),
     Term("recursive least squares", "Estimate of the paper's chain from d(t), before the maximum-likelihood estimate."),
-    Term("not shown", "A derivative on which the flights hold too little information; its value is not measured."),
+    Term(
+        "not significant",
+        "A derivative on which the flights contain too little information; its value is not measured.",
+    ),
     Term(
         "turbulence sigma_w, L_w",
         "Vertical wind of standard deviation sigma_w, exponentially correlated over the scale length L_w.",
     ),
-    Term("R²", "Share of the variance of the measurement that the simulation explains."),
+    Term("R²", "Fraction of the variance of the measurement explained by the simulation."),
     Term("Theil's U", "Inequality coefficient: 0 for a perfect simulation, 1 for the worst."),
 )
 """Terms of the report in the order in which a reader meets them."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.quality_tables import told_of_worse
+from aerosid.reporting.quality_tables import note_on_worse_channels
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
@@ -17,5 +17,5 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     instead = {group[0]: group[1:] for group in agreement.inseparable}
     rows = [(finding, instead.get(finding, ())) for finding in agreement.findings]
     doubted = {(row.log, row.channel) for row in result.errors if row.noise_doubt}
-    several, worse = len(agreement.logs) > 1, told_of_worse(agreement)
+    several, worse = len(agreement.logs) > 1, note_on_worse_channels(agreement)
     return {"agreement": agreement, "rows": rows, "several": several, "worse": worse, "doubted": doubted}

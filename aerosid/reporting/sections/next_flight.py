@@ -18,7 +18,7 @@ _STRIP, _GAP = 46.0, 12.0
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
-    """The questions, and the input where there is one; None where nothing is left to decide."""
+    """The questions, and the input where there is one; None where no question is open."""
     ahead = result.next_flight
     if ahead is None:
         return None
@@ -66,26 +66,26 @@ def _scaled(factor: float, values: FloatArray | None) -> list[FloatArray]:
 
 
 def _answer(question: Question) -> str:
-    """What the input is expected to say, as a sentence."""
+    """The result expected from the input, as a sentence."""
     if question.kind == "derivative":
-        now = "is unknown" if question.present is None else f"is {number(question.present, 2)}"
+        now = "unknown" if question.present is None else number(question.present, 2)
         if question.expected is None:
-            return f"Its standard error {now}. {question.elsewhere}"
-        said = f"Its standard error {now}; expected afterwards {number(question.expected, 2)}"
-        said += f", to be shown it must be {number(question.needed, 2)}. "
+            return f"Standard error now {now}. {question.elsewhere}"
+        said = f"Standard error now {now}, expected afterwards {number(question.expected, 2)}, "
+        said += f"required {number(question.needed, 2)}. "
         return said + _flights(question)
     if question.expected is None or question.probability is None:
         return question.elsewhere
     likely = _per_cent(question.probability)
     said = (
         f"Expected log-likelihood difference 2Δln L {number(question.expected, 3)}, whichever is true "
-        f"({number(question.needed, 3)} decide): one flight tells them apart with a probability of {likely}. "
+        f"(required: {number(question.needed, 3)}); one flight distinguishes them with a probability of {likely}. "
     )
     return said + _flights(question)
 
 
 def _per_cent(probability: float) -> str:
-    """A probability as a person reads it: near 0 and 1 only that it is."""
+    """A probability in per cent; near 0 and 1 as a bound."""
     if probability > 0.999:
         return "more than 99.9 %"
     return f"{number(100 * probability, 3)} %" if probability >= 0.001 else "less than 0.1 %"
@@ -94,4 +94,6 @@ def _per_cent(probability: float) -> str:
 def _flights(question: Question) -> str:
     if question.repeats is None:
         return question.elsewhere
-    return "One flight decides it." if question.repeats == 1 else f"{question.repeats} flights decide it together."
+    return (
+        "One flight is sufficient." if question.repeats == 1 else f"{question.repeats} flights together are sufficient."
+    )

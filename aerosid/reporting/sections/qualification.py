@@ -33,12 +33,12 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
 
 
 _PITCHING = (
-    "A flight is taken as short-period test where a brief movement of the elevator is followed by free response at "
-    "nearly constant airspeed, and as phugoid test where the elevator rests for a period or more while the airspeed "
+    "A flight counts as a short-period test where a brief movement of the elevator is followed by free response at "
+    "nearly constant airspeed, and as a phugoid test where the elevator rests for a period or more while the airspeed "
     "swings."
 )
 _SIDEWAYS = (
-    "It is taken as test of the roll or rudder response where aileron or rudder moves briefly and the other one rests."
+    "It counts as a test of the roll or rudder response where aileron or rudder moves briefly and the other one rests."
 )
 _SAMPLES = (
     "the largest difference of any sample from one second before the {} begins to move to five after it ends, in every "

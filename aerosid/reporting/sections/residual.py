@@ -9,7 +9,7 @@ import numpy as np
 from aerosid.loop.result import ClosedLoop
 from aerosid.model_error.force_history import ErrorHistory
 from aerosid.notation import number
-from aerosid.reporting.error_rows import told_of_doubt
+from aerosid.reporting.error_rows import note_on_unknown_noise
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.figures.strip_charts import model_error_chart
 from aerosid.reporting.judgement import noise_is_the_measure
@@ -22,7 +22,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     return {
         "counted": counted,
         "channels": {log: sorted(rows, reverse=True) for log, rows in missed.items()},
-        "doubts": {log: told_of_doubt([row for row in result.errors if row.log == log]) for log in missed},
+        "doubts": {log: note_on_unknown_noise([row for row in result.errors if row.log == log]) for log in missed},
         "explained": any(history.terms for history in result.model_error),
         "banded": any(history.deviation is not None for history in result.model_error),
         "equations": [_equation(history) for history in result.model_error],
@@ -71,11 +71,11 @@ def _told_of(history: ErrorHistory) -> str:
     if history.left_its_range:
         at = history.time[np.nanargmax(np.abs(history.d))]
         return (
-            f"{history.coefficient}: at {at:.1f} s d(t) is larger than any such coefficient can be off; the estimator "
-            "has left its range there, and no term is compared with it"
+            f"{history.coefficient}: at {at:.1f} s d(t) exceeds any plausible error of the coefficient; the estimator "
+            "left its range there, and no term is compared with it"
         )
     if not history.terms:
-        return f"{history.coefficient}: nothing found"
+        return f"{history.coefficient}: no term identified"
     return f"{history.coefficient}: {', '.join(history.terms)}, correlation {number(history.correlation, 3)}"
 
 

@@ -20,8 +20,8 @@
     const last = frames[frames.length - 1];
     byId("replay-time").textContent = frame.time.toFixed(2) + " s";
     byId("replay-names").textContent = frame.names.length
-      ? frame.names.map((name) => `${name.coefficient} ${name.term} named at ${name.time.toFixed(2)} s`).join("; ")
-      : "Nothing named yet.";
+      ? frame.names.map((name) => `${name.coefficient} ${name.term} identified at ${name.time.toFixed(2)} s`).join("; ")
+      : "No term identified yet.";
     fill("replay-derivatives", frame.derivatives.map((row) =>
       [row.coefficient, row.term, number(row.value, 4), number(row.deviation, 2)]));
     fill("replay-candidates", frame.candidates.map((row) =>

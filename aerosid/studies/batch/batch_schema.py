@@ -21,7 +21,7 @@ class BatchAircraft(_Row):
 
 
 class BatchEffect(_Row):
-    """What the declared model lacked on one log."""
+    """An effect missing from the declared model on one log."""
 
     kind: Text
     where: Text
@@ -53,7 +53,7 @@ class BatchError(_Row):
 
 
 class BatchLog(_Row):
-    """One log; only those with one `condition_number` and one `structure` are put together in tables."""
+    """One log; only those of one `condition_number` and one `structure` are combined in tables."""
 
     log: Text
     condition_number: int

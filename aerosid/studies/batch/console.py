@@ -17,10 +17,14 @@ def print_batch(batch: Batch, console: Console) -> None:
     from rich.table import Table
 
     table = Table(title=f"{batch.aircraft.name}, {len(batch.rows)} manoeuvres", title_justify="left")
-    for place, heading in enumerate(headings()):
-        table.add_column(heading, justify="left" if place == 0 else "right")
-    for row in batch.table:
-        table.add_row(f"{row.coefficient} {row.term}", *cells(row))
+    rows = [(f"{row.coefficient} {row.term}", *cells(row)) for row in batch.table]
+    # Where there is room, headings are broken into lines and numbers are not.
+    least = [max(map(len, (*heading.split(), *column))) for heading, *column in zip(headings(), *rows, strict=True)]
+    roomy = sum(least) + 3 * len(least) + 1 <= console.width
+    for heading, width in zip(headings(), least, strict=True):
+        table.add_column(heading, justify="right" if table.columns else "left", min_width=width if roomy else None)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
     for structure, number in batch.structures.items():
         console.print(f"structure {number}: {structure_words(structure)}", soft_wrap=True)

@@ -157,7 +157,7 @@ def _lines(source: Path) -> list[str]:
     try:
         text = source.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise UsageError(f"{source}: neither a folder nor a list of logs stands there; check the path.") from None
+        raise UsageError(f"{source}: it is neither a folder nor a list of logs; check the path.") from None
     except (OSError, UnicodeDecodeError):
         raise UsageError(
             f"{source}: it cannot be read as a list of logs; give a text file with one path a line."
@@ -173,7 +173,7 @@ def _names(paths: Sequence[Path], root: Path) -> list[str]:
     names = [full if shared[brief] > 1 else brief for full, brief in zip(whole, short, strict=True)]
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise UsageError(f"{twice[0]}: the log is listed twice; strike one line.")
+        raise UsageError(f"{twice[0]}: the log is listed twice; delete one line.")
     return names
 
 

@@ -58,8 +58,8 @@ def drawn_figure(batch: Batch, against: str | None = None) -> Figure | None:
         return None
     symbol = "".join(words.symbol(against))
     caption = (
-        f"Derivatives of every manoeuvre against {symbol} at its beginning, bars of two corrected deviations to each "
-        "side; the line is the aircraft file's prediction."
+        f"Derivatives of every manoeuvre against {symbol} at its beginning, bars of two corrected standard errors to "
+        "each side; the line is the aircraft file's prediction."
     )
     return FigureBook().add(chart, caption, caption)
 

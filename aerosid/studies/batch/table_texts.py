@@ -83,7 +83,7 @@ def structure_words(structure: Structure) -> str:
 def headings() -> list[str]:
     """The columns of the printed tables."""
     units = [f"{name} [{words.shown_unit(UNITS[name]).text}]".removesuffix(" []") for name in CONDITION]
-    numbers = ["value ± deviation", "scatter", "scatter / deviation", "p (one number)", "n", "structure"]
+    numbers = ["value ± standard error", "scatter", "scatter / error", "p (one number)", "n", "structure"]
     return ["derivative", "declared", *numbers, *units]
 
 
@@ -113,12 +113,12 @@ def table_markdown(table: Sequence[TableRow]) -> str:
 
 
 NOTE = (
-    "value: mean over the manoeuvres of a condition, weighted with their deviations. deviation: corrected for "
-    "coloured residuals, of one manoeuvre. scatter: between repeats; about as large as the deviation where that is "
-    "true. n: manoeuvres that show the derivative (+ those with too little information on it, which are left out). p "
-    "(one number): that the repeats are estimates of one number, by Cochran's Q; marked with ! below 0.01, where the "
-    "mean is that of different numbers. structure: what the declared model lacked; estimates beside different "
-    "structures are never put together."
+    "value: mean over the manoeuvres of a condition, weighted with their standard errors. standard error: corrected "
+    "for coloured residuals, of one manoeuvre. scatter: between repeats; about as large as the standard error if that "
+    "is correct. n: manoeuvres that determine the derivative (+ those with too little information on it, which are "
+    "left out). p (one number): that the repeats are estimates of one number, by Cochran's Q; marked with ! below "
+    "0.01, where the mean is over different numbers. structure: effects missing from the declared model; estimates of "
+    "different structures are never combined."
 )
 
 

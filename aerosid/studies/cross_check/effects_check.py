@@ -19,12 +19,12 @@ from aerosid.studies.jsbsim.stock import CONDITIONS
 
 
 class Outcome(Enum):
-    """How a planted effect was seen; each value is what the page prints."""
+    """Result for a planted effect; the page prints the value."""
 
-    NAMED = "named"
+    NAMED = "identified"
     ALTERNATIVE = "listed among the alternatives"
-    SEEN = "seen, not named: other effects stand for it"
-    UNEXPLAINED = "seen, not named: more is missing than was found"
+    SEEN = "detected, not identified: other effects replace it"
+    UNEXPLAINED = "detected, not identified: a significant residual remains"
     ABSORBED = "absorbed by the re-estimated derivatives"
 
 

@@ -44,9 +44,9 @@ def pages(result: CrossCheck) -> dict[str, str]:
 
 
 _OVERVIEW = (
-    "JSBSim flies, aerosid finds what is missing, JSBSim's own forces say whether it is right. Stock aircraft fly "
-    "without engines and lateral axes; a constant force along body x holds the trim. Identification: a 3-2-1-1 of "
-    "{:g} rad with usual sensor noise; a doublet is only predicted."
+    "JSBSim simulates flights, aerosid identifies the missing effects, JSBSim's own forces verify them. Stock aircraft "
+    "fly without engines and lateral axes; a constant force along body x maintains the trim. Identification: a 3-2-1-1 "
+    "of {:g} rad with usual sensor noise; a doublet is only predicted."
 )
 _PAPER = (
     "Tables 3 and 4 of Parameswaran & Raol 1994 from a flight of JSBSim: light transport, trim at 45 m/s, elevator "

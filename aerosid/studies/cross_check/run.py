@@ -84,7 +84,7 @@ def cross_check(
     """
     require_jsbsim()
     if seeds < 2:
-        raise UsageError(f"--seeds is {seeds}; a mean with its spread needs at least 2.")
+        raise UsageError(f"--seeds is {seeds}; a mean with its scatter needs at least 2.")
     for name in aircraft:
         require_condition(name)
     paper = check_paper(seeds, tick)

@@ -29,17 +29,17 @@ _AGREES = (
 )
 _ERRORS = (
     "Errors are root-mean-square over the measurement's noise, the median of the channels. Flown again: the completed "
-    "model as JSBSim XML through the unseen doublet, greatest difference over peak-to-peak."
+    "model as JSBSim XML through the validation doublet, greatest difference over peak-to-peak."
 )
 _SLOPES = (
     "The estimate is the slope of the completed polynomial over the flown range. Local and chord are JSBSim's; in all "
     "three alphadot is self-consistent, since a model without alphadot cannot find the frozen derivatives. 'Not "
-    "shown': the loop itself flags that this flight holds too little information on the derivative."
+    "significant': by the loop's criterion the flight contains too little information on the derivative."
 )
 _PLANTED = (
-    "A doublet (a multisine for the dead band) with usual sensor noise; the aircraft file knows nothing of the effect. "
-    "A constant shift of the centre of gravity is a change of derivatives and little else: re-estimating them is a "
-    "right answer. Icing, flap and gear change several coefficients at once and have no kind of their own."
+    "A doublet (a multisine for the dead band) with usual sensor noise; the effect is not declared in the aircraft "
+    "file. A constant shift of the centre of gravity is a change of derivatives and little else: re-estimating them is "
+    "correct. Icing, flap and gear change several coefficients at once and have no kind of their own."
 )
 _COEFFICIENTS = ("C_X", "C_Z", "C_m")
 
@@ -60,7 +60,7 @@ def overview(checks: Sequence[StockCheck]) -> TableView:
         "Aircraft of JSBSim",
         (
             "aircraft", "V", "altitude", "derivatives that agree", "verdict", "missing in the linear model",
-            "unseen doublet: before / noise", "after / noise", "flown again: w, q",
+            "validation doublet: before / noise", "after / noise", "flown again: w, q",
         ),
         tuple(
             (
@@ -98,7 +98,7 @@ def derivatives_view(check: StockCheck) -> TableView:
                 number(row.frozen, 4),
                 MISSING if abs(row.truth) < 1e-3 else f"{number(100.0 * (row.estimate / row.truth - 1.0), 1)} %",
                 number((row.estimate - row.truth) / row.std_error, 1) if row.std_error else MISSING,
-                ("yes" if row.agrees else "no") + ("" if row.shown else ", not shown"),
+                ("yes" if row.agrees else "no") + ("" if row.shown else ", not significant"),
             )
             for row in check.rows
         ),
@@ -109,7 +109,7 @@ def derivatives_view(check: StockCheck) -> TableView:
 def errors_view(check: StockCheck) -> TableView:
     """Errors on the unseen manoeuvre."""
     return TableView(
-        "Error on the doublet that was not fitted, root-mean-square",
+        "Error on the validation doublet, root-mean-square",
         ("channel", "unit", "declared", "before", "after", "noise"),
         tuple(
             (row.channel, CHANNELS[row.channel].unit,
@@ -123,7 +123,7 @@ def errors_view(check: StockCheck) -> TableView:
 def effects_found_view(check: StockCheck) -> TableView:
     """What the loop found to be missing in the linear model of one aircraft."""
     return TableView(
-        "What the linear model lacks, as the loop found it",
+        "Effects missing from the linear model, as identified",
         ("effect", "value", "deviation"),
         tuple(
             (
@@ -162,18 +162,18 @@ def follows(points: Sequence[TablePoint], coefficient: str) -> str:
     within = max(abs(p.completed[coefficient] - p.table[coefficient]) for p in inside)
     beyond = [p for p in points if not p.inside and abs(p.completed[coefficient] - p.table[coefficient]) > 0.1 * swing]
     share = 100.0 * within / swing
-    said = f"{coefficient}: within the flown range the completed polynomial misses by {share:.1f} % of the swing"
+    said = f"{coefficient}: within the flown range the completed polynomial deviates by {share:.1f} % of the variation"
     if not beyond:
-        return f"{said}; it follows all the way."
+        return f"{said}; it agrees over the whole range."
     near = min(beyond, key=lambda p: min(abs(p.alpha - q.alpha) for q in inside))
     return f"{said}; outside, by more than a tenth of it from {math.degrees(near.alpha):.1f}° on."
 
 
 def planted_view(checks: Sequence[EffectCheck]) -> TableView:
-    """What the loop says of each planted effect."""
+    """Result of the loop for each planted effect."""
     return TableView(
         "Effects planted in a flight of JSBSim",
-        ("planted", "aircraft", "outcome", "verdict", "named", "alternatives"),
+        ("planted", "aircraft", "outcome", "verdict", "identified", "alternatives"),
         tuple(
             (
                 check.planted.effect or "nothing",
@@ -195,7 +195,7 @@ def planted_view(checks: Sequence[EffectCheck]) -> TableView:
 def not_named(checks: Sequence[EffectCheck]) -> str:
     """A sentence that lists what the loop did not name."""
     missed = [c.planted.effect for c in checks if c.outcome not in (None, Outcome.NAMED)]
-    return f"Not named by the loop: {', '.join(missed)}." if missed else "Every planted effect was named."
+    return f"Not identified: {', '.join(missed)}." if missed else "Every planted effect was identified."
 
 
 def sideways_overview(checks: Sequence[SidewaysCheck]) -> TableView:
@@ -204,7 +204,7 @@ def sideways_overview(checks: Sequence[SidewaysCheck]) -> TableView:
         "Lateral axes of the aircraft of JSBSim",
         (
             "aircraft", "derivatives that agree", "verdict", "missing in the linear model",
-            "unseen flight: before / noise", "after / noise",
+            "validation flight: before / noise", "after / noise",
         ),
         tuple(
             (
@@ -236,7 +236,7 @@ def sideways_view(check: SidewaysCheck) -> TableView:
                 number(row.self_consistent, 4),
                 number(row.chord, 4),
                 number((row.estimate - row.truth) / row.std_error, 1) if row.std_error else MISSING,
-                ("yes" if row.agrees else "no") + ("" if row.shown else ", not shown"),
+                ("yes" if row.agrees else "no") + ("" if row.shown else ", not significant"),
             )
             for row in check.rows
         ),

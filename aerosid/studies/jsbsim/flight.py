@@ -215,7 +215,7 @@ def _declared_effects(aircraft: Aircraft | str) -> tuple[InjectedEffect, ...]:
     for effect in aircraft.effects:
         if effect.kind not in (*_APPLIED, *_SENSED, "step_change") or effect.value is None:
             raise AircraftError(
-                f"{aircraft.path}: [[effects]] declares {effect.kind}, which JSBSim is not told to fly; strike the "
+                f"{aircraft.path}: [[effects]] declares {effect.kind}, which is not flown in JSBSim; delete the "
                 "effect, or inject it with --effect."
             )
         made.append(InjectedEffect(effect.kind, (effect.value,), effect.where, time=effect.time))

@@ -147,7 +147,7 @@ class InjectedEffect:
             except AircraftError as error:
                 raise UsageError(f"the effect {self.kind}: {error}") from None
         if self.time is not None and not (kind.timed and self.time >= 0.0):
-            raise UsageError(f"the effect {self.kind} cannot begin at {self.time:g} s; strike the time.")
+            raise UsageError(f"the effect {self.kind} cannot begin at {self.time:g} s; delete the time.")
 
     def __str__(self) -> str:
         place = ":".join(word for word in (self.kind, self.where, self.term) if word)

@@ -38,9 +38,7 @@ def require_jsbsim() -> None:
         Where it is not.
     """
     if importlib.util.find_spec("jsbsim") is None:
-        raise UsageError(
-            "JSBSim is not installed, and only it can fly this; pip install jsbsim, everything else works."
-        )
+        raise UsageError("JSBSim, which this command needs, is not installed; install it with pip install jsbsim.")
 
 
 def run_job(
@@ -102,6 +100,4 @@ def _run(folder: Path) -> None:
         return
     said = " ".join(f"{run.stdout}\n{run.stderr}".split())[-_ENOUGH:]
     how = f"with signal {signal.Signals(-run.returncode).name}" if run.returncode < 0 else f"with code {run.returncode}"
-    raise EstimationError(
-        f"JSBSim ended {how} on this aircraft (its last words: {said or 'none'}); try another aircraft."
-    )
+    raise EstimationError(f"JSBSim ended {how} on this aircraft (last output: {said or 'none'}); try another aircraft.")

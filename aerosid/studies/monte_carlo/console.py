@@ -17,14 +17,16 @@ if TYPE_CHECKING:
 
 
 def print_study(study: Study, console: Console) -> None:
-    """Print what every level says."""
+    """Print the statistics of every level."""
     from rich.table import Table
 
     for level in study.levels:
         facts = [level_name(level), f"{level.runs} runs"]
         facts += [f"{level.failed} failed"] if level.failed else []
-        facts += [] if level.detected is None else [f"all found in {100.0 * level.detected:.1f} %"]
-        facts += [] if level.false_alarms is None else [f"something else named in {100.0 * level.false_alarms:.1f} %"]
+        facts += [] if level.detected is None else [f"all identified in {100.0 * level.detected:.1f} %"]
+        facts += (
+            [] if level.false_alarms is None else [f"another effect identified in {100.0 * level.false_alarms:.1f} %"]
+        )
         table = Table(title=", ".join(facts), title_justify="left")
         table.add_column("derivative")
         headings = ("true", "bias", "rms error", "bound", "error/bound", "covered %", "published %", "plain %")
@@ -42,7 +44,7 @@ def print_study(study: Study, console: Console) -> None:
             )
         console.print(table)
     for reason, count in study.failures.items():
-        console.print(f"{count} runs gave no numbers: {reason}")
+        console.print(f"{count} runs without a result: {reason}")
 
 
 def print_demands(study: Study, console: Console) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aerosid.reporting.figures.chart import Chart, Limits, Line, Mark, Points, Role
 from aerosid.reporting.figures.layout import Tile, tiled
-from aerosid.reporting.words import shown_unit, subscripted
+from aerosid.reporting.words import shown_unit, subscripted, term_label
 from aerosid.studies.monte_carlo.statistics import DerivativeStatistics, LevelStatistics
 
 FloatArray = NDArray[np.float64]
@@ -119,7 +119,7 @@ def _by_derivative(
 
 def _formula(term: str) -> str:
     """A term short enough for an axis."""
-    return term if len(term) <= 14 else f"{term[:13]}…"
+    return term_label(term) if len(term) <= 14 else f"{term[:13]}…"
 
 
 def _tile(

@@ -49,7 +49,7 @@ def drawn_figures(study: Study) -> list[tuple[str, list[Drawn]]]:
         levels = [level for level in study.levels if level.noise_colour == colour or level.snr is None]
         shares = [figures.noise_share(level, signal) for level in levels]
         if any(level.derivatives for level in levels):
-            words_of = "White noise" if colour == 0.0 else f"Noise with a memory, AR(1) of {colour:g}"
+            words_of = "White noise" if colour == 0.0 else f"Coloured noise, AR(1) of {colour:g}"
             groups.append((words_of if truth.recorded is None else "Recorded noise", _drawn(book, levels, shares)))
     return groups
 
@@ -62,14 +62,14 @@ def _drawn(book: FigureBook, levels: Sequence[LevelStatistics], shares: Sequence
         add(
             figures.error_chart(levels, shares),
             "Error of each derivative in per cent of its true value, against the noise: root mean square over the "
-            "runs, the least that any unbiased estimator could have, and the size of the bias.",
+            "runs, the least possible for an unbiased estimator, and the size of the bias.",
             ("measured", "Cramér-Rao bound"),
             ("after", "root-mean-square error"),
             ("declared", "bias"),
         ),
         add(
             figures.coverage_chart(levels, shares),
-            "How often the 95 % interval of each derivative holds the true value; the faint line is 95 %.",
+            "Fraction of 95 % intervals of each derivative that contain the true value; the faint line is 95 %.",
             ("declared", "as if residuals were white"),
             ("before", "corrected as published"),
             ("after", "corrected, as reported"),
@@ -79,9 +79,9 @@ def _drawn(book: FigureBook, levels: Sequence[LevelStatistics], shares: Sequence
         found.append(
             add(
                 figures.detection_chart(levels, shares),
-                "Share of runs that name every effect that was flown and not declared, and of those that name another.",
-                ("after", "all found"),
-                ("declared", "something else named"),
+                "Fraction of runs that identify every undeclared effect, and of those that identify another.",
+                ("after", "all identified"),
+                ("declared", "another effect identified"),
             )
         )
     if any(level.prediction for level in levels):

@@ -133,7 +133,7 @@ class StudyPlan:
             raise UsageError(f"--catalogue is {self.catalogue!r}; give one of {', '.join(CATALOGUES)}.")
         for colour in self.colours:
             if not 0.0 <= colour < 1.0:
-                raise UsageError(f"--noise-colour {colour:g} is no correlation from 0 to below 1.")
+                raise UsageError(f"--noise-colour {colour:g} is not a correlation from 0 to below 1.")
         for snr in self.snrs:
             if isinstance(snr, float) and not snr > 0.0:
                 raise UsageError(f"--snr {snr:g} is not positive.")

@@ -97,7 +97,7 @@ def run_study(
             levels.append(level_statistics(trials, level, rows, bound))
     if not any(level.runs for level in levels):
         raise EstimationError(
-            f"no run of the study gave numbers; the most frequent reason: {failures.most_common(1)[0][0]}"
+            f"no run of the study gave a result; the most frequent reason: {failures.most_common(1)[0][0]}"
         )
     return Study(plan, trials, tuple(levels), dict(failures), directory, lost)
 

@@ -75,7 +75,7 @@ def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequ
     identified = identify([log], aircraft, settings=loop_settings(catalogue, start))
     found = identified.found
     if found is None:
-        raise EstimationError(f"{log.path}: the instruments contradict each other; this run judges nothing.")
+        raise EstimationError(f"{log.path}: the instruments contradict each other; this run gives no result.")
     return Found(identified.manoeuvres[0], found.before, found.completed, found.completed_deviations, found.findings)
 
 

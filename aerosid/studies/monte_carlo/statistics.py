@@ -31,7 +31,7 @@ KINDS = ("own", "published", "plain")
 class DerivativeStatistics:
     """One derivative at one level; None where there is no number.
 
-    A run whose model lacks the derivative counts with the value zero and an interval that covers nothing.
+    A run whose model lacks the derivative counts with the value zero and as not covered.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class DerivativeStatistics:
 
 @dataclass(frozen=True)
 class NamedShare:
-    """An effect and the share of runs that name it; `true` its flown value, None where it is not there."""
+    """An effect and the fraction of runs that identify it; `true` its flown value, None where not flown."""
 
     kind: str
     where: str

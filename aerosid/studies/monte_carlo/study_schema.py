@@ -15,14 +15,14 @@ class _Row(BaseModel):
 
 
 class StudyFailure(_Row):
-    """Why runs gave no number, and how many."""
+    """Reason why runs gave no result, and their number."""
 
     reason: Text
     runs: int
 
 
 class StudyFile(_Row):
-    """The whole of study.json; `plan` holds all that decides a result, `levels` the statistics at each noise level."""
+    """The whole of study.json; `plan` holds all that determines a result, `levels` the statistics by noise level."""
 
     schema_: Literal[1]
     aerosid: Text

@@ -104,7 +104,7 @@ def run_trial(trials: Trials, key: str) -> Row:
         found = search(log, truth.aircraft, trials.catalogue, trials.starts[level] if trials.starts else ())
     completed, uncertainty = found.completed, found.uncertainty
     if not np.isfinite(completed.cost):
-        raise EstimationError("the likelihood of the estimate is no number.")
+        raise EstimationError("the likelihood of the estimate is not a number.")
     places = [completed.free.index(entry) if entry in completed.free else None for entry in truth.free]
 
     def of(numbers: FloatArray) -> list[float | None]:

@@ -203,7 +203,9 @@ def _simulated(plan: StudyPlan) -> Truth:
 def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
     """The completed model of a real log is the true aircraft, its residuals are the noise."""
     if plan.effects:
-        raise UsageError("--effect cannot be flown beside --base: what the log itself lacks is what is searched for.")
+        raise UsageError(
+            "--effect cannot be combined with --base: the effects missing from the log itself are identified."
+        )
     aircraft = plan.aircraft
     found = search(log, aircraft, "all" if plan.catalogue == "all" else "terms")
     completed = found.completed

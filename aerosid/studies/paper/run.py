@@ -46,7 +46,7 @@ def reproduce(seeds: int = SEEDS, tick: Callable[[], None] = lambda: None) -> Re
         Where `seeds` is below 2.
     """
     if seeds < 2:
-        raise UsageError(f"--seeds is {seeds}; a mean with its spread needs at least 2.")
+        raise UsageError(f"--seeds is {seeds}; a mean with its scatter needs at least 2.")
     table1 = make_table1()
     tick()
     table2 = make_table2()

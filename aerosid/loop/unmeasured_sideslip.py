@@ -1,6 +1,6 @@
 """Sensitivity of the side force's sideslip derivative to the accelerometer's place, where no vane shows sideslip.
 
-What a lateral accelerometer x ahead of the centre of gravity reads beyond the side force is x r', and in a Dutch roll
+A lateral accelerometer x ahead of the centre of gravity reads x r' in addition to the side force, and in a Dutch roll
 r' is N_beta beta: C_Y beta moves by -m b C_n beta/I_zz for each metre that the accelerometer sits further ahead than
 declared.
 """
@@ -19,7 +19,7 @@ WEATHERCOCK = ("C_n", parse_term("beta"))
 SIDE = ("C_Y", parse_term("beta"))
 
 
-def told_of_unseen_sideslip(
+def note_on_unmeasured_sideslip(
     aircraft: Aircraft, model: AerodynamicModel, manoeuvres: Sequence[Manoeuvre]
 ) -> tuple[str, ...]:
     """A sentence where sideslip was simulated and not measured.
@@ -34,19 +34,19 @@ def told_of_unseen_sideslip(
     if not lacking or not all(modelled) or aircraft.span is None or aircraft.I_zz is None:
         return ()
     each_metre = aircraft.mass * aircraft.span * model.value(WEATHERCOCK) / aircraft.I_zz
-    said = (
-        f"{', '.join(lacking)}: beta was not recorded. C_Y beta then depends on where the lateral "
-        f"accelerometer sits: by {number(-each_metre)} for each metre that it is further ahead of the centre of "
-        "gravity than declared (-m b C_n beta/I_zz). Give its position in the channel map where it is known."
+    sentence = (
+        f"{', '.join(lacking)}: beta was not recorded. C_Y beta then depends on the position of the lateral "
+        f"accelerometer: it changes by {number(-each_metre)} per metre that the accelerometer is farther ahead of the "
+        "centre of gravity than declared (-m b C_n beta/I_zz). Give its position in the channel map if it is known."
     )
-    return (said,)
+    return (sentence,)
 
 
-def told_of_missing_chain(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
-    """Why there is no model error d(t), and so no derivative of recursive least squares."""
+def note_on_missing_chain(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+    """Reason why there is no model error d(t), and so no recursive least-squares estimate."""
     if lacking := without_sideslip(manoeuvres):
         return (f"The model error d(t) was not estimated: beta was not recorded on {', '.join(lacking)}.",)
-    return ("The model-error recursion broke down: derivatives of recursive least squares are missing.",)
+    return ("The model-error recursion failed: derivatives of recursive least squares are missing.",)
 
 
 def without_sideslip(manoeuvres: Sequence[Manoeuvre]) -> list[str]:

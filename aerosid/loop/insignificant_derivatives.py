@@ -18,8 +18,8 @@ from aerosid.search.restricted_estimate import restricted_estimate
 from aerosid.search.structure_search import StructureSearch
 
 BREAKDOWN = (
-    "Beside the declared values of what is not shown the others could not be estimated anew: the completed aircraft "
-    "holds the others as they are where all are free, and the errors after are those of that estimate."
+    "The re-estimation with insignificant derivatives fixed at their declared values failed: the completed aircraft "
+    "holds the other derivatives from the estimate with all of them free, and the errors after are of that estimate."
 )
 
 
@@ -30,29 +30,29 @@ class Completion:
     Attributes
     ----------
     found : Attribution
-        The findings and the estimate with every derivative that is not shown at its declared value. The standard errors
-        are those of the estimate where all are free: they count what is not known of the held ones.
-    kept : mapping of Entry to float
-        What is held, with the estimate that was not shown.
+        The findings and the estimate with every insignificant derivative at its declared value. The standard
+        errors are those of the estimate with all derivatives free: they include the uncertainty of the fixed ones.
+    fixed : mapping of Entry to float
+        The fixed derivatives, with their insignificant estimates.
     broke_down : bool
-        Whether nothing could be estimated beside the held ones: the other numbers are then those of the free estimate.
+        Whether the re-estimation with the fixed ones failed: the other values are then those of the free estimate.
     contradicted : tuple of Entry
-        What is not shown and not held either: the declared value and a named number contradict each other.
+        Insignificant but not fixed: the declared value and an identified parameter contradict each other.
     """
 
     found: Attribution
-    kept: Mapping[Entry, float] = field(default_factory=dict)
+    fixed: Mapping[Entry, float] = field(default_factory=dict)
     broke_down: bool = False
     contradicted: tuple[Entry, ...] = ()
 
     @property
     def not_shown(self) -> tuple[Entry, ...]:
-        """What the record does not show, held or not."""
-        return (*self.kept, *self.contradicted)
+        """The insignificant derivatives, fixed or not."""
+        return (*self.fixed, *self.contradicted)
 
 
-def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearch, *, excited: bool) -> Completion:
-    """The completed model with what the record does not show kept as declared, the rest re-estimated beside it.
+def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureSearch, *, excited: bool) -> Completion:
+    """The completed model with insignificant derivatives fixed at declared values and the others re-estimated.
 
     Parameters
     ----------
@@ -63,41 +63,41 @@ def keep_declared(found: Attribution, aircraft: Aircraft, search: StructureSearc
     search : StructureSearch
         The flights that were fitted, with the settings.
     excited : bool
-        Whether the flights say anything at all; otherwise every derivative is kept.
+        Whether the flights are excited at all; otherwise every derivative is fixed.
 
     Notes
     -----
-    A table that mixes declared numbers into a joint estimate is no model that was ever compared with the flight: what
-    is held moves what it is correlated with. So the errors `after`, the linear model and the file are one model.
+    Declared values cannot be mixed into a joint estimate afterwards: fixing a derivative changes those correlated with
+    it. So the errors `after`, the linear model and the file are of one re-estimated model.
 
-    Where a declared value would bring a named number within the deviations that it must keep from none, the flight
-    contradicts that value together with the number: the derivative stays as estimated, and is told as not shown. So it
-    does where a regression's declared values lie as many of the deviations away that its own structure, with the
-    numbers of the named effects, gives them: what stands as an alternative widens the bounds, and is not in the model.
+    Where fixing at a declared value makes an identified parameter insignificant, the flight contradicts that value
+    together with the parameter: the derivative stays as estimated, and is reported as not significant. So it does where
+    the declared values of a regression lie as many standard errors away as given by its own structure with the
+    parameters of the identified effects; alternatives widen the bounds, but are not in the model.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
-    kept: dict[Entry, float] = {}
-    contradicted = [*_beyond_named_effects(found, declared, search, excited=excited)]
+    fixed: dict[Entry, float] = {}
+    contradicted = [*_contradicted_by_effects(found, declared, search, excited=excited)]
     while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
         estimated = {entry: found.completed.model.value(entry) for entry in hidden}
         try:
             restricted = restricted_estimate(found, {entry: declared[entry] for entry in hidden}, search)
         except EstimationError:
-            return Completion(found, kept | estimated, broke_down=True, contradicted=tuple(contradicted))
-        lost = _no_longer_standing(found, restricted, search)
+            return Completion(found, fixed | estimated, broke_down=True, contradicted=tuple(contradicted))
+        lost = _no_longer_significant(found, restricted, search)
         if lost:
             contradicted += [entry for entry in hidden if entry[0] in lost] or hidden
             continue
-        kept, found = kept | estimated, restricted
-    return Completion(found, kept, contradicted=tuple(contradicted))
+        fixed, found = fixed | estimated, restricted
+    return Completion(found, fixed, contradicted=tuple(contradicted))
 
 
-def _beyond_named_effects(
+def _contradicted_by_effects(
     found: Attribution, declared: Mapping[Entry, float], search: StructureSearch, *, excited: bool
 ) -> tuple[Entry, ...]:
-    """What is not shown of coefficients whose declared values the records contradict beside the named effects.
+    """Insignificant derivatives whose declared values the records contradict in the presence of identified effects.
 
-    Those of one coefficient together, by chi-square at the odds of the deviations that a named number must keep.
+    Jointly for each coefficient, by a chi-square test at the probability of the threshold of a named parameter.
     """
     beside = found.completed_deviations.beside_effects
     if beside is None:
@@ -116,14 +116,14 @@ def _beyond_named_effects(
     return tuple(contradicted)
 
 
-def _no_longer_standing(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:
-    """The coefficients of named terms that stand by one estimate and no longer by another of the same structure."""
+def _no_longer_significant(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:
+    """Coefficients of identified terms that are significant in the first estimate and not in the restricted one."""
     before, after = (
         {part.entry: wald_ratio(part) for part in search.parts(each.completed, each.completed_deviations)}
         for each in (found, restricted)
     )
-    asked = search.settings.final_deviations
-    return {entry[0] for entry, ratio in after.items() if entry and ratio < asked <= before.get(entry, 0.0)}
+    threshold = search.settings.final_deviations
+    return {entry[0] for entry, ratio in after.items() if entry and ratio < threshold <= before.get(entry, 0.0)}
 
 
 def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:
@@ -137,8 +137,8 @@ def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: 
     return tuple(entry for n, entry in enumerate(completed.free) if entry in declared and not shown(n, entry))
 
 
-def told_of_breakdown(completion: Completion) -> list[str]:
-    """A sentence where the derivatives that are kept could not be estimated around."""
+def note_on_failed_re_estimation(completion: Completion) -> list[str]:
+    """A sentence where the re-estimation with fixed derivatives failed."""
     if not completion.broke_down:
         return []
     return [BREAKDOWN]
