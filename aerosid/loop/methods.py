@@ -23,11 +23,13 @@ from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import listed, number, si_unit, with_deviation
-from aerosid.search.attribution import Attribution, attribute
+from aerosid.search.attribution import Attribution, attribute, attribute_without_disturbances
 from aerosid.search.calm_air import output_error_in_calm_air
+from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import eliminate_by_wald_test
@@ -149,17 +151,19 @@ def run_method(problem: IdentificationProblem, settings: LoopSettings, progress:
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
-    """Maximum likelihood where kinematic residuals are at the sensors' noise level, equation error elsewhere.
+    """Maximum likelihood where open-loop simulations can follow the flights, equation error elsewhere.
 
     In turbulence and behind filtering recorders an open-loop simulation does not follow a flight: its errors are not
-    the measurement noise that the likelihood assumes.
+    the measurement noise that the likelihood assumes. The same holds in calm air where a force or moment is missing
+    that no effect of the catalogue describes, such as a slow change of trim: the motion integrates it, whereas the
+    coefficient equations have it in their coloured residual alone.
     """
     instrument_errors = problem.instrument_errors
     if instrument_errors is None or settings.catalogue == "terms":
         return by_likelihood(problem, settings, progress)
     ratio = instrument_errors.noise_ratio
     if ratio <= settings.equation_error.closed:
-        return by_likelihood(problem, settings, progress, closed=problem.shows_air)
+        return _in_closed_kinematics(instrument_errors, problem, settings, progress)
     found = _by_equations(instrument_errors, problem, settings, progress)
     sentence = (
         f"The residuals of the kinematic equations are {_times(ratio)} the level expected from the white noise between "
@@ -167,6 +171,30 @@ def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings
         "(method equations); errors of open-loop simulations are predictions, no measure of the model."
     )
     return replace(found, notes=(sentence, *found.notes))
+
+
+def _in_closed_kinematics(
+    instrument_errors: InstrumentErrors, problem: IdentificationProblem, settings: LoopSettings, progress: Progress
+) -> MethodResult:
+    """The likelihood where a structure without disturbances is adequate, else the equations."""
+    plain = by_likelihood_without_disturbances(problem, settings, progress, closed=problem.shows_air)
+    if plain is not None and _is_adequate(plain.found, problem):
+        return plain
+    found = _by_equations(instrument_errors, problem, settings, progress)
+    sentence = (
+        "The kinematic equations close within the noise of the instruments, but no structure without flow separation and "
+        "disturbances follows the flights in open-loop simulation. The kinematic and coefficient equations decide "
+        "(method equations): a force or moment that no effect of the catalogue describes is in their coloured residuals, "
+        "where a simulation would integrate it."
+    )
+    return replace(found, notes=(sentence, *found.notes))
+
+
+def _is_adequate(found: Attribution, problem: IdentificationProblem) -> bool:
+    """Whether the completed model, simulated open loop, follows all fitted and validation flights within the noise."""
+    return not unexplained_channels(found.completed, problem.manoeuvres) and not any(
+        is_inadequate_on(found.completed, each) for each in problem.others
+    )
 
 
 def _times(ratio: float) -> str:
@@ -310,31 +338,67 @@ def by_likelihood(
     problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool = False
 ) -> MethodResult:
     """Score tests, trial fits and maximum likelihood; `closed`: the air is calm by kinematics."""
-    manoeuvres, declared = problem.manoeuvres, problem.declared
-    agreement = problem.agreement(settings)
-    before = _declared_estimate(problem, settings, progress)
-    progress("determining the structure from the residual")
-    hypotheses = problem.hypotheses(settings.catalogue)
+    search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
     if settings.catalogue == "terms":
-        quiet = replace(settings.attribution, disturbances=False)
-        found = attribute(before, manoeuvres, hypotheses, (), quiet, declared, problem.others)
-        search = StructureSearch(manoeuvres, hypotheses, (), before, quiet, declared)
+        found = attribute(*_input_of(search), (), search.settings, search.declared_values, problem.others)
         return MethodResult(eliminate_by_wald_test(found, search), search, agreement=agreement)
-    attribution = problem.attribution(settings.attribution, closed=closed)
     found = attribute(
-        before,
-        manoeuvres,
-        hypotheses,
+        *_input_of(search),
         problem.aircraft.coefficients,
-        attribution,
-        declared,
+        search.settings,
+        search.declared_values,
         problem.others,
         moving_air=agreement is not None and agreement.is_gusty,
     )
-    search = StructureSearch(manoeuvres, hypotheses, problem.aircraft.coefficients, before, attribution, declared)
+    return _likelihood_result(found, search, problem, settings, agreement)
+
+
+def by_likelihood_without_disturbances(
+    problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool
+) -> MethodResult | None:
+    """As `by_likelihood`; None where flow separation or unmodelled forces would have to be tried."""
+    search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
+    found = attribute_without_disturbances(
+        *_input_of(search),
+        problem.aircraft.coefficients,
+        search.settings,
+        search.declared_values,
+        problem.others,
+        moving_air=agreement is not None and agreement.is_gusty,
+    )
+    return None if found is None else _likelihood_result(found, search, problem, settings, agreement)
+
+
+def _likelihood_search(
+    problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool
+) -> tuple[StructureSearch, KinematicConsistency | None]:
+    """The hypotheses, the re-estimated declared structure and the settings of a search, and the compatibility check."""
+    before = _declared_estimate(problem, settings, progress)
+    progress("determining the structure from the residual")
+    hypotheses, coefficients = problem.hypotheses(settings.catalogue), problem.aircraft.coefficients
+    attribution = problem.attribution(settings.attribution, closed=closed)
+    if settings.catalogue == "terms":
+        coefficients, attribution = (), replace(settings.attribution, disturbances=False)
+    search = StructureSearch(problem.manoeuvres, hypotheses, coefficients, before, attribution, problem.declared)
+    return search, problem.agreement(settings)
+
+
+def _input_of(search: StructureSearch) -> tuple[Refinement, tuple[Manoeuvre, ...], tuple[Hypothesis, ...]]:
+    """The declared estimate, the fitted flights and the hypotheses of a search."""
+    return search.declared, search.manoeuvres, search.hypotheses
+
+
+def _likelihood_result(
+    found: Attribution,
+    search: StructureSearch,
+    problem: IdentificationProblem,
+    settings: LoopSettings,
+    agreement: KinematicConsistency | None,
+) -> MethodResult:
+    """The attribution without insignificant effects, with equivalent causes and indistinguishable terms."""
     found = eliminate_by_wald_test(found, search)
-    found = with_equivalent_causes(found, problem.aircraft, manoeuvres)
-    rivals = indistinguishable_terms(found, manoeuvres, hypotheses)
+    found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
+    rivals = indistinguishable_terms(found, problem.manoeuvres, search.hypotheses)
     return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),
         search,

@@ -18,7 +18,7 @@ from aerosid.search.backward_elimination import eliminate_on_final_estimate
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.search.finding_evidence import findings_with_p_values
 from aerosid.search.findings import Finding, labels, named, unique_alternatives
-from aerosid.search.multi_start import multi_start_search
+from aerosid.search.multi_start import MultiStartResult, multi_start_search, search_without_disturbances
 from aerosid.search.replacement import alternatives_to_parts, replace_parts
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
@@ -122,7 +122,32 @@ def attribute(
         Whether the instruments show gusts by kinematics alone: the first search is then made in their presence.
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    results = multi_start_search(search, before, validation, moving_air=moving_air)
+    return _attributed(search, multi_start_search(search, before, validation, moving_air=moving_air), validation)
+
+
+def attribute_without_disturbances(
+    before: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    hypotheses: Sequence[Hypothesis],
+    coefficients: Sequence[str] = (),
+    settings: AttributionSettings = USUAL,
+    given: AerodynamicModel | None = None,
+    validation: Sequence[Manoeuvre] = (),
+    *,
+    moving_air: bool = False,
+) -> Attribution | None:
+    """As `attribute`, where neither flow separation nor unmodelled forces would have to be tried; None elsewhere.
+
+    These take most of the time of a search, in vain where the residual is of a shape that no effect has.
+    """
+    search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
+    results = search_without_disturbances(search, before, validation, moving_air=moving_air)
+    return None if results is None else _attributed(search, results, validation)
+
+
+def _attributed(search: StructureSearch, results: MultiStartResult, validation: Sequence[Manoeuvre]) -> Attribution:
+    """The attribution from the searches' results: acceptance tests, suggested terms, alternatives, standard errors."""
+    before, manoeuvres, settings = search.declared, search.manoeuvres, search.settings
     accepted = accept(search, before, results, validation)
     completed, uncertainty, forces = accepted.completed, accepted.uncertainty, accepted.forces
     refuted = tuple(part.label for part in accepted.refuted)

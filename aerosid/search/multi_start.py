@@ -72,9 +72,28 @@ def multi_start_search(
     search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], *, moving_air: bool
 ) -> MultiStartResult:
     """Searches from every start whose condition is met; `moving_air`: kinematics show gusts, which are tried first."""
+    return _searched(search, SearchProblem(before, tuple(validation), moving_air), STARTS)
+
+
+def search_without_disturbances(
+    search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], *, moving_air: bool
+) -> MultiStartResult | None:
+    """As `multi_start_search`, where that ends before flow separation and unmodelled forces are tried; else None."""
     problem = SearchProblem(before, tuple(validation), moving_air)
-    results = MultiStartResult(SearchResult(before), SearchResult(before))
-    for start in STARTS:
+    results = _searched(search, problem, STARTS[: STARTS.index(PLAIN) + 1])
+    if results.explained:
+        return results
+    found = results.plain.estimate
+    inadequate = search.is_inadequate(found) or _fails_on_validation(search, found, validation)
+    if inadequate or (search.separation_coefficients and may_imitate_separation(search, found)):
+        return None
+    return results
+
+
+def _searched(search: StructureSearch, problem: SearchProblem, starts: Sequence[SearchStart]) -> MultiStartResult:
+    """The searches from those starts whose condition is met, in turn."""
+    results = MultiStartResult(SearchResult(problem.before), SearchResult(problem.before))
+    for start in starts:
         if start.applies(search, problem, results):
             results = start.run(search, problem, results)
     return results
@@ -166,10 +185,13 @@ def _among_disturbances(search: StructureSearch, problem: SearchProblem, results
     return replace(results, best=best)
 
 
+PLAIN = SearchStart("plain", _are_gusts_insufficient, _plain)
+"""The start without disturbances."""
+
 STARTS = (
     SearchStart("a gust against the first hypothesis that could enter", _is_air_unjudged, _gust_or_first_hypothesis),
     SearchStart("in the presence of gusts", _are_gusts_indicated, _in_gusts),
-    SearchStart("plain", _are_gusts_insufficient, _plain),
+    PLAIN,
     SearchStart("with flow separation", _is_separation_untried, _with_separation),
     SearchStart("in the presence of gusts or unmodelled forces", _is_plain_search_inadequate, _among_disturbances),
 )
