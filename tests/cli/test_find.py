@@ -56,7 +56,7 @@ def test_kinds_can_be_chosen(flight_file: Path, capsys: pytest.CaptureFixture[st
     assert main(["find", str(flight_file), "--json", "--kinds", "doublet"]) == 0
     assert [entry["kind"] for entry in json.loads(capsys.readouterr().out)["manoeuvres"]] == ["doublet"]
     assert main(["find", str(flight_file), "--kinds", "duoblet"]) == 2
-    assert "give some of" in capsys.readouterr().err
+    assert "give one or more of" in capsys.readouterr().err
 
 
 def test_cuts_read_back_as_the_recording_holds_them(flight_file: Path, tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_cuts_read_back_as_the_recording_holds_them(flight_file: Path, tmp_path:
     assert page.count("<svg") == len(listed) + 1
     assert "3-2-1-1" in page
     caption = page[page.index("</b> 3-2-1-1,") :].partition("</figcaption>")[0]
-    for said in ("Moved: elevator", "; air calm", "Expected deviations:"):
+    for said in ("Moved: elevator", "; air calm", "Expected standard errors:"):
         assert said in caption
     # The segment file is what close-loop and batch take.
     spans = expand([tmp_path / "segments.csv"])
