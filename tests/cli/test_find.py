@@ -75,7 +75,7 @@ def test_cuts_read_back_as_the_recording_holds_them(flight_file: Path, tmp_path:
     assert page.count("<svg") == len(listed) + 1
     assert "3-2-1-1" in page
     caption = page[page.index("</b> 3-2-1-1,") :].partition("</figcaption>")[0]
-    for said in ("Moved: elevator", "; air calm", "Expected deviations:"):
+    for said in ("Moved: elevator", "; air calm", "Expected standard errors:"):
         assert said in caption
     # The segment file is what close-loop and batch take.
     spans = expand([tmp_path / "segments.csv"])

@@ -100,7 +100,7 @@ def test_a_px4_log_by_a_map_that_a_person_corrected(
 def test_the_slowest_motion_channel_is_named_with_what_keeps_the_rest(flown: Path, tmp_path: Path) -> None:
     log = aerosid.read_log(recorded.ulog(aerosid.read_log(flown), tmp_path / "flight.ulg"))
     assert any("raster: 10" in note and "the stamps of V" in note for note in log.notes)
-    assert any("V alone is so slow: `raster = 50`" in note for note in log.notes), log.notes
+    assert any("V alone is this slow: `raster = 50`" in note for note in log.notes), log.notes
 
 
 PLAIN = {name: name for name in recorded.TABLE}

@@ -106,7 +106,7 @@ def test_a_loop_on_contradicting_channels_estimates_no_aerodynamics_and_reports_
     assert document["verdict"] == "inconsistent_data"
     assert document["kinematics"]["contradictions"][0]["channels"] == ["alpha"]
     assert all(row["after"] is None for row in document["error"])
-    assert "Do the instruments agree" in (tmp_path / "report.html").read_text()
+    assert "Data compatibility check" in (tmp_path / "report.html").read_text()
 
 
 def test_a_delay_that_an_instrument_may_have_is_no_contradiction(log: FlightLog) -> None:

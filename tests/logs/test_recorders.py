@@ -84,7 +84,7 @@ def test_dataflash(name: str) -> None:
     assert {kind: recording.counts[kind] for kind in facts["count"]} == facts["count"]
     over = facts["bytes_left_over"]
     said = [note for note in recording.notes if "inside a message" in note]
-    assert said == ([f"the file ends inside a message ({over} bytes over); what is whole is read"] if over else [])
+    assert said == ([f"the file ends inside a message ({over} bytes over); the complete part is read"] if over else [])
     order = np.concatenate([stream.order for stream in recording.streams if stream.order is not None])
     stamps = np.concatenate([stream.clocks[0].seconds() for stream in recording.streams])
     in_file = stamps[np.argsort(order, kind="stable")]
