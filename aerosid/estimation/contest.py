@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, with_numbers
+from aerosid.errors import EstimationError
 from aerosid.estimation import damped_step
 from aerosid.estimation.damped_search import UNDAMPED, improved
 from aerosid.estimation.fit_settings import CONTEST, RefinementSettings
@@ -49,7 +50,8 @@ def contest(
     Returns
     -------
     list of Refinement
-        In the order of `starts`; of those that were given up the state at that time, `converged` false.
+        In the order of `starts`; of those that were given up the state at that time, `converged` false; of those that
+        no simulation follows the start itself at an infinite -2 ln L.
 
     Notes
     -----
@@ -67,20 +69,24 @@ def contest(
         return [fit.refinement(start.model, start.free, start.effects) for fit, start in zip(fits, starts, strict=True)]
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
 
-    def first(n: int) -> tuple[_Sent, float]:
-        point = first_point(likelihoods[n], starts[n], settings)
+    def first(n: int) -> tuple[_Sent, float] | None:
+        try:
+            point = first_point(likelihoods[n], starts[n], settings)
+        except EstimationError:
+            return None
         return _Sent.of(point), likelihoods[n].held_to_data
 
     def stepped(n: int) -> tuple[_Sent, bool, float] | None:
         better = improved(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
         return None if better is None else (_Sent.of(better[0]), *better[1:])
 
-    begins = mapped(first, range(len(starts)), CONTEST.dealt_out)
-    for likelihood, (_, held) in zip(likelihoods, begins, strict=True):
-        likelihood.held_to_data = held
-    points = [sent.point(start.effects) for (sent, _), start in zip(begins, starts, strict=True)]
+    points: dict[int, Point] = {}
+    for n, known in enumerate(mapped(first, range(len(starts)), CONTEST.dealt_out)):
+        if known is not None:
+            likelihoods[n].held_to_data = known[1]
+            points[n] = known[0].point(starts[n].effects)
     converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
-    paths = list(range(len(starts)))
+    paths = list(points)
     for turn in range(settings.steps):
         for n, better in zip(paths, mapped(stepped, paths, CONTEST.dealt_out), strict=True):
             converged[n] = better is None or better[1]
@@ -93,19 +99,40 @@ def contest(
             continue
         reached = level
         if reached is None:
-            reached = min(point.cost + more for point, more in zip(points, allowance, strict=True))
+            reached = min(point.cost + allowance[n] for n, point in points.items())
         for n in judged:
             promise = CONTEST.most_of_promise * promised_fall(likelihoods[n], points[n])
             if points[n].cost + allowance[n] - promise > reached + margin:
                 paths.remove(n)
     return [
-        refinement_at(likelihood, start.model, start.free, point, rest)
-        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
+        refinement_at(likelihoods[n], start.model, start.free, points[n], converged[n])
+        if n in points
+        else _lost(likelihoods[n], start)
+        for n, start in enumerate(starts)
     ]
 
 
+def _lost(likelihood: Likelihood, start: Start) -> Refinement:
+    """A start that no simulation follows, at an infinite -2 ln L: it wins against nothing."""
+    states = tuple(manoeuvre.first_state for manoeuvre in likelihood.manoeuvres)
+    numbers = len(start.free) + sum(map(len, states)) + sum(active.slopes for active in start.effects)
+    return Refinement(
+        model=start.model,
+        free=start.free,
+        states=states if start.states is None else start.states,
+        effects=start.effects,
+        variance=likelihood.starting_variance() if start.variance is None else start.variance,
+        cost=np.inf,
+        information=np.zeros((numbers, numbers)),
+        converged=False,
+    )
+
+
 class Begun(NamedTuple):
-    """A start with its likelihood, and the -2 ln L `promised` at the end of a full Gauss-Newton step from there."""
+    """A start with its likelihood, and the -2 ln L `promised` at the end of a full Gauss-Newton step from there.
+
+    Infinite where no simulation follows the start.
+    """
 
     start: Start
     promised: float
@@ -119,7 +146,10 @@ def begun(starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: Re
 
     def first(start: Start) -> tuple[_Sent | None, float]:
         likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
-        point = first_point(likelihood, start, settings)
+        try:
+            point = first_point(likelihood, start, settings)
+        except EstimationError:
+            return None, np.inf
         promised = point.cost - promised_fall(likelihood, point)
         return (_Sent.of(point) if likelihood.held_to_data == 0.0 else None), promised
 

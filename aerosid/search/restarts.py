@@ -89,7 +89,9 @@ def profiled(
     begins = begun(starts, search.manoeuvres, TRIAL)
     owned = {h.key: [n for n, tried in enumerate(owners) if tried.name == (h.kind, h.where)] for h in hypotheses}
     promising = {
-        key: sorted(own, key=lambda n: (begins[n].promised, n))[: settings.profile_followed]
+        key: sorted((n for n in own if begins[n].promised < np.inf), key=lambda n: (begins[n].promised, n))[
+            : settings.profile_followed
+        ]
         for key, own in owned.items()
     }
     followed = sorted(n for own in promising.values() for n in own)
@@ -97,7 +99,7 @@ def profiled(
     ends = contest(chosen, search.manoeuvres, TRIAL, [search.fare(start) for start in chosen], level, near=False)
     fits = dict(zip(followed, ends, strict=True))
     found = []
-    for own in promising.values():
+    for own in filter(None, promising.values()):
         n = min(sorted(own), key=lambda place: fits[place].cost)
         effects = (*untouched.effects, owners[n])
         found.append(Start(fits[n].model, untouched.free, effects, fits[n].states, fits[n].variance))

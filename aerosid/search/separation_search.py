@@ -66,7 +66,8 @@ def _separated(search: StructureSearch, bases: Sequence[Refinement]) -> Refineme
         for first in effect.parameters[0].trials
     ]
     handicaps = [search.fare(each) for each in starts]
-    return min(contest(starts, search.manoeuvres, TRIAL, handicaps), key=search.price)
+    found = min(contest(starts, search.manoeuvres, TRIAL, handicaps), key=search.price)
+    return found if np.isfinite(found.cost) else bases[0]
 
 
 def greatest_jump(search: StructureSearch, found: Refinement) -> list[Part]:

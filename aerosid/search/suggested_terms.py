@@ -50,6 +50,8 @@ def unproven_terms(
     found: dict[str, Unproven] = {}
     level = search.price(completed)
     for trial in tried(search, completed, best, level, margin=np.inf):
+        if not np.isfinite(trial.cost):
+            continue
         part = next(p for p in search.parts(trial, search.rough_deviations(trial)) if p.entry not in completed.free)
         if part.ratio > settings.suggested:
             row = finding_of(search, part, completed.cost - trial.cost)

@@ -9,7 +9,7 @@ from equations_decided import questioned
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.contest import begun
+from aerosid.estimation.contest import begun, contest
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Start, refine
@@ -81,3 +81,32 @@ def test_a_term_that_is_not_asked_again_wins_from_the_declared_numbers_neither()
     for entries in left:
         anew = refine(model.extended(entries), [manoeuvre], [*model.entries, *entries])
         assert search.price(anew) > level
+
+
+def test_a_start_that_no_simulation_follows_loses_and_ends_nothing() -> None:
+    model, manoeuvre = Problem().prepared(Problem().fly())
+    free = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
+    wild = model.values.copy()
+    wild[model.index(entry("C_m", "alpha"))] = 1e3
+    starts = [Start(model.with_values(wild), free), Start(model, free)]
+    lost, sound = begun(starts, [manoeuvre], TRIAL)
+    assert lost.promised == np.inf
+    assert lost.start.point is None
+    assert np.isfinite(sound.promised)
+    for level in (None, np.inf):  # together and each alone
+        lost, found = contest(starts, [manoeuvre], TRIAL, [0.0, 0.0], level)
+        assert lost.cost == np.inf
+        assert not lost.converged
+        assert found.converged
+        assert found.cost == refine(model, [manoeuvre], free, settings=TRIAL).cost
+
+
+def test_where_no_value_of_a_control_s_effect_is_followed_no_fit_of_it_begins() -> None:
+    model, manoeuvre = Problem().prepared(Problem().fly())
+    free = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
+    delays = [each for each in effect_hypotheses(model, [manoeuvre]) if each.label == ("control_delay", "delta_e", "")]
+    declared = refine(model, [manoeuvre], free, settings=TRIAL)
+    search = StructureSearch((manoeuvre,), tuple(delays), (), declared, AttributionSettings(), model)
+    wild = declared.model.values.copy()
+    wild[declared.model.index(entry("C_m", "alpha"))] = 1e3
+    assert profiled(search, replace(declared, model=declared.model.with_values(wild)), delays, np.inf) == []
