@@ -72,14 +72,16 @@ def _made(where: str, numbers: Mapping[str, float], _interval: float) -> Positio
 def _offered(
     flights: tuple[FlightData, ...], _controls: tuple[str, ...], _coefficients: tuple[str, ...]
 ) -> Iterator[Offer]:
-    """Positions shown by rolling and yawing motion, where it is integrated; equation error tests those of pitching."""
+    """Positions shown by the integrated motion: by rolling and yawing where there is any, else by pitching."""
     integrated = set(flights[0].axes.integrated)
-    if not {"p", "r"} <= integrated:
-        return
-    for channel, places in (*SHOWN_BY_TURNING, *(SHOWN_BY_ROLLING if "q" in integrated else ())):
+    if {"p", "r"} <= integrated:
+        shown = (*SHOWN_BY_TURNING, *(SHOWN_BY_ROLLING if "q" in integrated else ()))
+        places = [(channel, sensor_place(channel, axes)) for channel, ways in shown for axes in ways]
+    else:
+        places = [(channel, sensor_position(channel, axis)) for channel, axis in SHOWN_BY_PITCHING]
+    for channel, place in places:
         if any(channel in flight.measured for flight in flights):
-            for axes in places:
-                yield Offer("sensor_position", channel, (at_null(sensor_place(channel, axes)),))
+            yield Offer("sensor_position", channel, (at_null(place),))
 
 
 FAMILY = Family(

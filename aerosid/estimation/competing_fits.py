@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from aerosid.compiled.threads import mapped_in_threads
 from aerosid.effects import ActiveEffect
+from aerosid.errors import EstimationError
 from aerosid.estimation import damped_step
 from aerosid.estimation.damped_search import UNDAMPED, levenberg_marquardt_step
 from aerosid.estimation.fit_settings import COMPETING_FITS, RefinementSettings
@@ -45,7 +48,8 @@ def fit_competing_structures(
     Returns
     -------
     list of Refinement
-        In the order of `starts`; a terminated fit as it was at that time, `converged` false.
+        In the order of `starts`; a terminated fit as it was at that time, `converged` false; a start that cannot be
+        simulated as it is, at an infinite -2 ln L.
 
     Notes
     -----
@@ -60,9 +64,17 @@ def fit_competing_structures(
 
         return mapped_in_threads(fit_one, list(zip(starts, penalties, strict=True)))
     likelihoods = [Likelihood(start.model, tuple(manoeuvres), start.free) for start in starts]
-    points = mapped_in_threads(lambda n: first_point(likelihoods[n], starts[n], settings), range(len(starts)))
+
+    def first(n: int) -> Point | None:
+        try:
+            return first_point(likelihoods[n], starts[n], settings)
+        except EstimationError:
+            return None
+
+    initial = mapped_in_threads(first, range(len(starts)))
+    points = {n: point for n, point in enumerate(initial) if point is not None}
     converged, dampings = [False] * len(starts), [UNDAMPED] * len(starts)
-    active = list(range(len(starts)))
+    active = list(points)
 
     def stepped(n: int) -> tuple[Point, bool, float] | None:
         return levenberg_marquardt_step(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
@@ -79,19 +91,40 @@ def fit_competing_structures(
             continue
         reached = level
         if reached is None:
-            reached = min(point.cost + penalty for point, penalty in zip(points, penalties, strict=True))
+            reached = min(point.cost + penalties[n] for n, point in points.items())
         for n in compared:
             predicted = COMPETING_FITS.most_of_promise * predicted_decrease(likelihoods[n], points[n])
             if points[n].cost + penalties[n] - predicted > reached + margin:
                 active.remove(n)
     return [
-        refinement_at(likelihood, start.model, start.free, point, rest)
-        for likelihood, start, point, rest in zip(likelihoods, starts, points, converged, strict=True)
+        refinement_at(likelihoods[n], start.model, start.free, points[n], converged[n])
+        if n in points
+        else _not_simulated(likelihoods[n], start)
+        for n, start in enumerate(starts)
     ]
 
 
+def _not_simulated(likelihood: Likelihood, start: Start) -> Refinement:
+    """A start that cannot be simulated, at an infinite -2 ln L."""
+    states = tuple(manoeuvre.first_state for manoeuvre in likelihood.manoeuvres)
+    count = len(start.free) + sum(map(len, states)) + sum(active.slopes for active in start.effects)
+    return Refinement(
+        model=start.model,
+        free=start.free,
+        states=states if start.states is None else start.states,
+        effects=start.effects,
+        variance=likelihood.starting_variance() if start.variance is None else start.variance,
+        cost=np.inf,
+        information=np.zeros((count, count)),
+        converged=False,
+    )
+
+
 class EvaluatedStart(NamedTuple):
-    """A start with its likelihood, and the -2 ln L predicted at the end of a full Gauss-Newton step."""
+    """A start with its likelihood, and the -2 ln L predicted at the end of a full Gauss-Newton step.
+
+    Infinite where the start cannot be simulated.
+    """
 
     start: Start
     predicted_cost: float
@@ -107,7 +140,10 @@ def evaluated_starts(
 
     def first(start: Start) -> EvaluatedStart:
         likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
-        point = first_point(likelihood, start, settings)
+        try:
+            point = first_point(likelihood, start, settings)
+        except EstimationError:
+            return EvaluatedStart(replace(start, point=None), np.inf)
         known = point if likelihood.held_to_data == 0.0 else None
         return EvaluatedStart(replace(start, point=known), point.cost - predicted_decrease(likelihood, point))
 

@@ -72,8 +72,7 @@ def widened(uncertainty: Deviations, beside: FilterError | None) -> Deviations:
     if beside is None:
         return uncertainty
     corrected = np.fmax(uncertainty.corrected, beside.deviations)
-    factor = np.where(
-        uncertainty.corrected > 0.0, corrected / np.where(uncertainty.corrected > 0.0, uncertainty.corrected, 1.0), 1.0
-    )
-    factor[~np.isfinite(factor)] = 1.0
+    factor = np.ones(corrected.size)
+    shown = np.isfinite(corrected) & np.isfinite(uncertainty.corrected) & (uncertainty.corrected > 0.0)
+    factor[shown] = corrected[shown] / uncertainty.corrected[shown]
     return replace(uncertainty, corrected=corrected, covariance=uncertainty.covariance * np.outer(factor, factor))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency, agreement_of
@@ -14,26 +12,26 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.equations.channels import equations_of
-from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors, identify_instrument_errors
-from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
-from aerosid.equation_error.selection.near_significant import NearSignificant
-from aerosid.equation_error.selection.penalties import KinematicEvidence
-from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.loop.equation_error_notes import (
+    note_on_damping,
+    note_on_delay,
+    note_on_near_significant,
+    note_on_supported_error,
+)
 from aerosid.loop.settings import LoopSettings, Method, Progress
-from aerosid.notation import listed, number, si_unit, with_deviation
+from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute, attribute_without_disturbances
 from aerosid.search.calm_air import output_error_in_calm_air
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import eliminate_by_wald_test
-from aerosid.search.findings import named
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import (
     IndistinguishableTerm,
@@ -182,10 +180,10 @@ def _in_closed_kinematics(
         return plain
     found = _by_equations(instrument_errors, problem, settings, progress)
     sentence = (
-        "The kinematic equations close within the noise of the instruments, but no structure without flow separation and "
-        "disturbances follows the flights in open-loop simulation. The kinematic and coefficient equations decide "
-        "(method equations): a force or moment that no effect of the catalogue describes is in their coloured residuals, "
-        "where a simulation would integrate it."
+        "The kinematic equations close within the noise of the instruments, but no structure without flow separation "
+        "and disturbances follows the flights in open-loop simulation. The kinematic and coefficient equations decide "
+        "(method equations): a force or moment that no effect of the catalogue describes is in their coloured "
+        "residuals, where a simulation would integrate it."
     )
     return replace(found, notes=(sentence, *found.notes))
 
@@ -257,68 +255,6 @@ def _by_equations(
         found = output_error_in_calm_air(found, decision, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     return MethodResult(found, search, notes=notes, method="equations", agreement=problem.agreement(settings))
-
-
-def note_on_delay(seen: DelayDiscrepancy) -> str:
-    """Note on an instrument's time delay or lag: from kinematics alone, and together with forces and moments."""
-
-    def words(active: ActiveEffect, error: float) -> str:
-        kind = active.effect.kind.removeprefix("sensor_")
-        return f"a {kind} of {with_deviation(active.values[0], error)} s"
-
-    alone, joint = words(seen.kinematic, seen.kinematic_std_error), words(seen.joint, seen.joint_std_error)
-    return (
-        f"{seen.channel} is recorded late: kinematics alone give {alone}, together with forces and moments {joint}, "
-        "which the completed model uses. If the declared structure lacks an effect that resembles a delay, such as "
-        "unsteady lift that lags alpha, the estimate from kinematics alone is the better one."
-    )
-
-
-def note_on_supported_error(row: EffectEstimate, seen: KinematicEvidence) -> str:
-    """Note on an instrument error that is significant only in kinematic and coefficient equations together."""
-    own = row.active.effect.parameters[0].unit if row.active is not None else "1"
-    unit = "" if own == "1" else f" {own}"
-    alone = with_deviation(seen.values[0], float(np.sqrt(seen.covariance[0, 0])))
-    return (
-        f"{named(row.hypothesis.label)} of {with_deviation(row.value, row.std_error)}{unit} is identified from "
-        f"kinematics and coefficients together: kinematics alone give {alone}{unit}, 2 ln L {number(2.0 * seen.gain)}, "
-        "which is not significant, and forces and moments agree."
-    )
-
-
-NOTED_RISE = 0.005
-"""Display: rise of R^2 from which it is noted; its third digit is the last that is printed."""
-
-
-def note_on_near_significant(row: NearSignificant) -> str:
-    """Note on an effect that would be significant as the only hypothesis: gain, penalty and R^2."""
-    own = si_unit(row.active.effect.parameters[0].unit) if row.active is not None else ""
-    value = f"{with_deviation(row.value, row.std_error)} {own}".strip()
-    sentence = (
-        f"Near-significant: {named(row.hypothesis.label)} of {value} gains {number(row.gain, 2)} in ln L; the penalty "
-        f"for the number of hypotheses is {number(row.penalty, 2)}"
-    )
-    if row.indistinguishable:
-        others = listed([named(rival.label) for rival in row.indistinguishable[:2]], "or")
-        sentence += f"; replacing it by {others} fits nearly as well"
-    better = [(a, b) for a, b in row.validation_fits if b.r2 >= a.r2 + NOTED_RISE]
-    if better:
-        shares = [f"{b.coefficient} of {b.recording} from {a.r2:.3f} to {b.r2:.3f}" for a, b in better]
-        sentence += f". It would raise R^2 of {listed(shares)}"
-    return f"{sentence}."
-
-
-def note_on_damping(damping: DampingCollinearity) -> str:
-    """Note on the part of C_m q_hat that these manoeuvres cannot separate from C_m alpha_dot_hat."""
-    least, most = damping.parts
-    own = f"{number(100.0 * damping.independent)} %" if damping.independent > 1e-3 else "less than 0.1 %"
-    return (
-        f"C_m q_hat is a combined derivative: it includes {number(damping.aliased)} times the C_m alpha_dot_hat that "
-        f"the model may lack; {own} of that regressor is independent of the declared terms in these manoeuvres. With a "
-        f"C_m alpha_dot_hat of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat), C_m q_hat alone is "
-        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the standard "
-        "error does not include this."
-    )
 
 
 def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:

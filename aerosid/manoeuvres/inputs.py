@@ -165,7 +165,7 @@ def _last_moved(surface: Surface, onset: int, last: int, settings: FinderSetting
 
 def _level_before(record: FlightRecord, surface: Surface, first: int, settings: FinderSettings) -> float:
     """The surface's level before the answer: an answer lags its input by up to half the lead-in."""
-    lead = record.samples(settings.lead_in, first)
+    lead = max(2, record.samples(settings.lead_in, first))  # of stamps as coarse as the lead-in too
     begin = max(0, first - 2 * lead)
     return float(np.median(surface.deflection[begin : max(begin + 1, first - lead // 2)]))
 
@@ -181,7 +181,7 @@ def _measured(
 ) -> Excursion | None:
     """The surface's part in a lively stretch; None where it rested."""
     size = record.time.size
-    lead = record.samples(settings.lead_in, first)
+    lead = max(2, record.samples(settings.lead_in, first))  # of stamps as coarse as the lead-in too
     onset = first
     early = _first_moved(record, surface, first)
     whole = surface.deflection[early : last + 1]

@@ -98,7 +98,9 @@ def profile_starts(
         for h in hypotheses
     }
     most_promising = {
-        key: sorted(own, key=lambda n: (evaluated[n].predicted_cost, n))[: settings.profile_followed]
+        key: sorted(
+            (n for n in own if evaluated[n].predicted_cost < np.inf), key=lambda n: (evaluated[n].predicted_cost, n)
+        )[: settings.profile_followed]
         for key, own in owned.items()
     }
     followed = sorted(n for own in most_promising.values() for n in own)
@@ -108,7 +110,7 @@ def profile_starts(
     )
     fits = dict(zip(followed, final_fits, strict=True))
     found = []
-    for own in most_promising.values():
+    for own in filter(None, most_promising.values()):
         n = min(sorted(own), key=lambda place: fits[place].cost)
         effects = (*at_declared_values.effects, trial_effects[n])
         found.append(Start(fits[n].model, at_declared_values.free, effects, fits[n].states, fits[n].variance))

@@ -69,7 +69,8 @@ def _likeliest_with_separation(search: StructureSearch, base_estimates: Sequence
         for first in effect.parameters[0].trials
     ]
     penalties = [search.penalty(each) for each in starts]
-    return min(fit_competing_structures(starts, search.manoeuvres, TRIAL, penalties), key=search.penalised_cost)
+    found = min(fit_competing_structures(starts, search.manoeuvres, TRIAL, penalties), key=search.penalised_cost)
+    return found if np.isfinite(found.cost) else base_estimates[0]
 
 
 def most_certain_step_change(search: StructureSearch, found: Refinement) -> list[Part]:

@@ -51,6 +51,8 @@ def suggested_terms(
     found: dict[str, SuggestedTerm] = {}
     level = search.penalised_cost(completed)
     for trial in trial_fits(search, completed, best, level, margin=np.inf):
+        if not np.isfinite(trial.cost):
+            continue
         part = next(p for p in search.parts(trial, search.quick_deviations(trial)) if p.entry not in completed.free)
         if part.ratio > settings.suggested:
             row = finding_from_part(search, part, completed.cost - trial.cost)

@@ -7,7 +7,7 @@ import pytest
 from equations_decided import decided, identified
 
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.loop.methods import note_on_near_significant
+from aerosid.loop.equation_error_notes import note_on_near_significant
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 BODY = BODIES[1]

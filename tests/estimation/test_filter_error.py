@@ -87,3 +87,20 @@ def test_no_bound_is_smaller_than_with_unmodelled_forces_and_the_covariance_foll
     relation = spread.covariance / np.outer(spread.corrected, spread.corrected)
     assert wider.covariance / np.outer(wider.corrected, wider.corrected) == pytest.approx(relation)
     assert widened(spread, None) is spread
+
+
+def test_what_no_flight_shows_stays_unbounded_and_nothing_is_divided_by_it() -> None:
+    problem = Shaken(duration=8.0, seed=3)
+    model, manoeuvre = problem.prepared(problem.recorded())
+    plain = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
+    spread = deviations(plain, [manoeuvre], quick=True)
+    unbounded = spread.corrected.copy()
+    unbounded[:2] = np.inf
+    spread = replace(spread, corrected=unbounded)
+    wide = 2.0 * spread.corrected
+    wide[2] = np.inf
+    beside = FilterError(wide, wide, ActiveEffect(unmodelled_forces(LIGHT.coefficients), ()), plain.variance)
+    with np.errstate(all="raise"):
+        wider = widened(spread, beside)
+    assert np.isinf(wider.corrected[:3]).all()
+    assert wider.corrected[3:] == pytest.approx(2.0 * spread.corrected[3:])

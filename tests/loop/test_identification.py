@@ -318,6 +318,13 @@ def test_a_log_without_a_channel_that_is_needed_is_refused(channel: str) -> None
         close_loop([log], LIGHT)
 
 
+@pytest.mark.parametrize("factor", [0.0, -1.0])
+def test_a_log_of_an_aircraft_that_does_not_fly_forward_is_refused(factor: float) -> None:
+    log = SQUARES.fly()
+    with pytest.raises(LogError, match=r"channel V are -?[0-9.]+ m/s or less"):
+        identify([with_channels(log, V=factor * log["V"])], LIGHT, settings=JUDGED)
+
+
 def test_a_flight_without_an_input_is_not_excited() -> None:
     result = close_loop([Problem(elevator="none", duration=8.0).fly(1)], LIGHT, settings=JUDGED)
     assert result.verdict is Verdict.NOT_EXCITED

@@ -10,7 +10,7 @@ from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.methods import note_on_delay, note_on_supported_error
+from aerosid.loop.equation_error_notes import note_on_delay, note_on_supported_error
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from problems import Problem
 from recordings import FOLDER, recording
 from whole_flights import (
     AIRLINER,
@@ -390,3 +391,8 @@ def test_the_whole_citation_flight_by_its_own_rules() -> None:
         )
     ]
     assert len(false) <= 2
+
+
+def test_a_doublet_whose_clock_counts_milliseconds_as_seconds_is_looked_through() -> None:
+    log = Problem().fly()
+    find_manoeuvres(FlightLog(log.name, 1000.0 * log.time, log.channels, log.units))

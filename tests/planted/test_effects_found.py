@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from oracles.effects import fly_separating, fly_through_air
 from oracles.flight import Airframe
-from problems import LIGHT, NOISE, Problem, with_channels
+from problems import LIGHT, NOISE, SILENT, Problem, with_channels
 from scipy.signal import lsim
 
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
@@ -60,6 +60,13 @@ def recorded(problem: Problem, seed: int, channel: str, sense: Callable[[Array, 
     log = problem.fly(seed)
     noise = log[channel] - clean[channel]
     return with_channels(log, **{channel: sense(problem.time, clean[channel]) + noise})
+
+
+def placed(problem: Problem, seed: int, channel: str, ahead: float) -> FlightLog:
+    """The log of a flight whose vane or vertical accelerometer sits `ahead` m of the centre of gravity."""
+    clean = replace(problem, noise=SILENT).fly()
+    shown = {"alpha": -clean["q"] / clean["V"], "a_z": -clean["q_dot"]}
+    return recorded(problem, seed, channel, lambda _t, y: y + ahead * shown[channel])
 
 
 def sampled(problem: Problem, seed: int, outputs: Array, thrust: float, elevator: Array) -> FlightLog:
@@ -154,6 +161,8 @@ CATALOGUE = [
     Planted("sensor_delay", "alpha", 0.1, lambda: recorded(FLIGHT, 7, "alpha", lambda t, y: np.interp(t - 0.1, t, y))),
     Planted("sensor_lag", "q", 0.1, lambda: recorded(FLIGHT, 8, "q", lambda t, y: lag(t, y, 0.1))),
     Planted("sensor_lag", "alpha", 0.1, lambda: recorded(FLIGHT, 9, "alpha", lambda t, y: lag(t, y, 0.1))),
+    Planted("sensor_position", "alpha", 6.0, lambda: placed(FLIGHT, 13, "alpha", 6.0)),
+    Planted("sensor_position", "a_z", 1.5, lambda: placed(FLIGHT, 14, "a_z", 1.5)),
     Planted("step_change", "C_m", -0.015, lambda: jumping(FLIGHT, 10, -0.015, 6.0)),
     Planted("gust", "", 0.8, lambda: gusty(replace(FLIGHT, duration=28.2), 11, 0.8, 180.0), slow=True),
     Planted(

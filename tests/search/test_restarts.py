@@ -9,7 +9,7 @@ from equations_decided import questioned
 from problems import BOTH_SQUARES, LIGHT, Problem, entry
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.estimation.competing_fits import evaluated_starts
+from aerosid.estimation.competing_fits import evaluated_starts, fit_competing_structures
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Start, refine
@@ -83,3 +83,32 @@ def test_a_term_that_is_not_restarted_would_not_win_from_the_declared_values() -
     for entries in left:
         anew = refine(model.extended(entries), [manoeuvre], [*model.entries, *entries])
         assert search.penalised_cost(anew) > level
+
+
+def test_a_start_that_cannot_be_simulated_loses_at_infinite_cost() -> None:
+    model, manoeuvre = Problem().prepared(Problem().fly())
+    free = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
+    wild = model.values.copy()
+    wild[model.index(entry("C_m", "alpha"))] = 1e3
+    starts = [Start(model.with_values(wild), free), Start(model, free)]
+    lost, sound = evaluated_starts(starts, [manoeuvre], TRIAL)
+    assert lost.predicted_cost == np.inf
+    assert lost.start.point is None
+    assert np.isfinite(sound.predicted_cost)
+    for level in (None, np.inf):  # together and each alone
+        lost, found = fit_competing_structures(starts, [manoeuvre], TRIAL, [0.0, 0.0], level)
+        assert lost.cost == np.inf
+        assert not lost.converged
+        assert found.converged
+        assert found.cost == refine(model, [manoeuvre], free, settings=TRIAL).cost
+
+
+def test_a_control_effect_without_any_simulated_start_has_no_fit() -> None:
+    model, manoeuvre = Problem().prepared(Problem().fly())
+    free = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
+    delays = [each for each in effect_hypotheses(model, [manoeuvre]) if each.label == ("control_delay", "delta_e", "")]
+    declared = refine(model, [manoeuvre], free, settings=TRIAL)
+    search = StructureSearch((manoeuvre,), tuple(delays), (), declared, AttributionSettings(), model)
+    wild = declared.model.values.copy()
+    wild[declared.model.index(entry("C_m", "alpha"))] = 1e3
+    assert profile_starts(search, replace(declared, model=declared.model.with_values(wild)), delays, np.inf) == []
