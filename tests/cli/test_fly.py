@@ -126,7 +126,7 @@ sys.exit(main(["fly", "light_transport", "--out", "x.csv"]))
 def test_without_jsbsim_only_flying_is_missing_and_says_so(tmp_path: Path) -> None:
     run = subprocess.run([sys.executable, "-c", WITHOUT], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert run.returncode == 2
-    assert run.stderr.startswith("aerosid: JSBSim is not installed")
+    assert run.stderr.startswith("aerosid: JSBSim, which this command needs, is not installed; ")
     assert run.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 

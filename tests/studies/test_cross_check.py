@@ -119,9 +119,9 @@ def test_the_page_says_from_where_on_a_polynomial_leaves_the_table() -> None:
     near = [point(0.0, True, 0.0), point(0.1, True, 0.005)]
     degrees = math.radians(10.0)
     said = follows([*near, point(0.12, False, 0.01), point(degrees, False, 0.2), point(0.3, False, 0.5)], "C_Z")
-    assert "misses by 1.0 % of the swing" in said
+    assert "deviates by 1.0 % of the variation" in said
     assert "from 10.0° on" in said
-    assert "all the way" in follows([*near, point(0.2, False, 0.01)], "C_m")
+    assert "over the whole range" in follows([*near, point(0.2, False, 0.01)], "C_m")
 
 
 class _Page(HTMLParser):
@@ -170,7 +170,7 @@ def test_pages_link_to_one_another_load_nothing_and_escape(tmp_path: Path) -> No
         assert set(page.links) == names - {path.name, "cross_check.json"}
         assert "script" not in page.tags
         assert "<b>Light" not in text
-    assert "Not named by the loop: control_lag=0.15." in (tmp_path / "effects.html").read_text(encoding="utf-8")
+    assert "Not identified: control_lag=0.15." in (tmp_path / "effects.html").read_text(encoding="utf-8")
     numbers = json.loads((tmp_path / "cross_check.json").read_text())
     assert numbers["lateral"][0]["flown"]["beta"] == [-0.1, 0.1]
     assert numbers["aircraft"][0]["flown_again"] == {"w": 0.01, "q": None}
