@@ -24,6 +24,7 @@ from aerosid.equation_error.selection.alternatives import alternatives_of, gains
 from aerosid.equation_error.selection.candidates import is_instrument_error
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.wald_tests import effect_estimates
+from aerosid.flight_model.constants import GRAVITY
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
 from aerosid.signals.fit_statistics import whiteness
@@ -60,7 +61,7 @@ def agreement_of(
     )
     turbulence = tuple(_moving_air(found, settings))
     air = tuple(each for each in turbulence if each.length <= settings.longest_scale)
-    notes = (*notes, *(_note_on_drift(each) for each in turbulence if each not in air))
+    notes = (*notes, *(_note_on_drift(each, found) for each in turbulence if each not in air))
     return KinematicConsistency(
         tuple(dict.fromkeys(recording.name for recording in found.problem.recordings)),
         Agreement.CORRECTED if findings else Agreement.CONSISTENT,
@@ -112,16 +113,35 @@ def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[Mo
             yield MovingAir(axis, sigma, memory * speed)
 
 
-def _note_on_drift(drift: MovingAir) -> str:
+def _note_on_drift(drift: MovingAir, found: Estimate) -> str:
     """Possible causes of a low-frequency drift, too slow for turbulence."""
     causes = {
         "w": "a varying bias of alpha, a_z or q, or vertical wind that changes.",
-        "u": "a varying bias of a_x or theta, or wind that changes.",
+        "u": f"a varying bias of a_x or theta, or wind that changes. {equivalent_biases(found)}",
     }
     return (
         f"{OBSERVED_BY[drift.axis]} and the path drift apart by {number(drift.sigma, 2)} m/s over "
         f"{number(drift.length, 2)} m: {causes[drift.axis]}"
     )
+
+
+def equivalent_biases(found: Estimate) -> str:
+    """Constant bias of a_x, or of theta, that is equivalent to the mean drift of airspeed of each record.
+
+    The slope s of measured minus integrated airspeed is that of a bias -s of a_x, or s/g of theta.
+    """
+    equivalent = []
+    for s in _segments(found, OBSERVED_BY["u"]):
+        recording = found.problem.recordings[found.design.segments[s][0]]
+        residual = found.solution.residuals[found.design.rows(s)]
+        time = recording.interval * recording.band.step * np.arange(residual.size)
+        slope, level = np.polyfit(time, residual, 1)
+        share = 1.0 - float(np.var(residual - slope * time - level) / max(float(np.var(residual)), 1e-300))
+        equivalent.append(
+            f"{number(-slope, 2)} m/s² of a_x or {number(slope / GRAVITY, 2)} rad of theta "
+            f"({100.0 * share:.0f} % of the variance of {recording.name})"
+        )
+    return f"A constant bias equivalent to the mean drift: {'; '.join(equivalent)}."
 
 
 def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings) -> Iterator[ChannelAgreement]:

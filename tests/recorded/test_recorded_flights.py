@@ -288,7 +288,7 @@ def test_kinematics_alone_show_the_hfb_320_s_contradiction_as_a_drift_of_its_air
     agreement = check_kinematics([read("hfb320/hfb320_1_10.asc", "hfb320.toml")])
     assert agreement is not None
     (note,) = [note for note in agreement.notes if note.startswith("V and the path drift apart")]
-    assert "a_x or theta" in note
+    assert "A constant bias equivalent to the mean drift: −0.13 m/s² of a_x or 0.013 rad of theta (86 %" in note
     row = next(row for row in agreement.channels if row.channel == "V")
     assert not row.noise * 5.0 > row.after > 1.0
 
