@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -178,8 +179,11 @@ def spans_between(words: Sequence[str], start: float | None, stop: float | None)
     Raises
     ------
     UsageError
-        Where --from or --to stands beside a span, or a span or segment file is wrong.
+        Where --from or --to is no instant or stands beside a span, or a span or segment file is wrong.
     """
+    for option, instant in (("--from", start), ("--to", stop)):
+        if instant is not None and not math.isfinite(instant):
+            raise UsageError(f"{option} is {instant}, expected seconds on the log's own clock; give a finite number.")
     spans = expand(words)
     if start is None and stop is None:
         return spans

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 
 from aerosid.aircraft import Aircraft, DeclaredEffect
 from aerosid.effects import KINDS, ActiveEffect, InputEffect, OutputEffect, frozen
+from aerosid.effects.kinds import EffectParameter
 from aerosid.effects.step_input import is_step_change
 from aerosid.errors import AircraftError
 from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.notation import si_unit
 
 
 def declared_effects(
@@ -40,6 +42,7 @@ def declared_effects(
         interval = manoeuvres[0].interval
         made = KINDS[effect.kind].made(effect.where, numbers, interval)
         _require(tuple(parameter.name for parameter in made.parameters), numbers, key)
+        _require_possible(made.parameters, numbers, key)
         if isinstance(made, OutputEffect) and made.where not in outputs:
             raise AircraftError(
                 f"{key} acts on {made.where}, which is no channel that the simulation answers with, expected one of "
@@ -69,6 +72,20 @@ def _numbers(effect: DeclaredEffect, key: str) -> dict[str, float]:
         numbers["time"] = effect.time
     _require(kind.required, numbers, key)
     return numbers
+
+
+FARTHEST = 10.0
+"""Physical: times the end of the range, 1, in which an effect's parameter is sought; beyond it no aircraft flies."""
+
+
+def _require_possible(parameters: Sequence[EffectParameter], numbers: Mapping[str, float], key: str) -> None:
+    for parameter in parameters:
+        value = numbers[parameter.name]
+        if not FARTHEST * min(parameter.lowest, 0.0) <= value <= FARTHEST * max(parameter.highest, 0.0):
+            raise AircraftError(
+                f"{key} has {parameter.name} = {value:g} {si_unit(parameter.unit)}, expected from {parameter.lowest:g} "
+                f"to {parameter.highest:g}; correct the value or its unit"
+            )
 
 
 def _require(names: Sequence[str], numbers: Mapping[str, float], key: str) -> None:

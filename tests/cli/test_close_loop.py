@@ -270,6 +270,7 @@ def test_a_broken_aircraft_leaves_nothing(
         (["{log}", "--aircraft", "light_transport", "--flight-phase", "D"], 2, "'D'"),
         (["{log}", "--aircraft", "light_transport", "--class", "VI"], 2, "'VI'"),
         (["{log}", "--aircraft", "light_transport", "--from", "500"], 3, "doublet.csv"),
+        (["{log}", "--aircraft", "light_transport", "--to", "nan"], 2, "--to is nan"),
         (["{log}", "--aircraft", "light_transport", "--channels", "none.toml"], 2, "none.toml"),
     ],
 )
