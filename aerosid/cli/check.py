@@ -91,7 +91,7 @@ def _length(aircraft: Aircraft | None) -> float | None:
 def _checked(log: FlightLog, output: Console | None, length: float | None) -> dict[str, object]:
     """Quality of one log, printed where there is an output, and as JSON holds it."""
     from aerosid.compatibility import check_kinematics
-    from aerosid.logs.quality import check_log
+    from aerosid.logs.quality import Problem, check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
     from aerosid.reporting.quality_tables import (
         closing_sentence,
@@ -104,7 +104,9 @@ def _checked(log: FlightLog, output: Console | None, length: float | None) -> di
     quality = check_log(log)
     whole = whole_flight_sentence(log)
     # A flight holds many trims and configurations: one flight path through all of it is no check of the instruments.
-    agreement = None if whole is not None else check_kinematics([log], length=length)
+    # Angles in a wrong unit contradict all else: a search for instrument errors would take long, in vain.
+    checkable = whole is None and all(finding.problem is not Problem.DEGREES for finding in quality.findings)
+    agreement = check_kinematics([log], length=length) if checkable else None
     dynamic = "" if whole is not None else dynamic_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole)
     if output is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import tomllib
 from dataclasses import replace
@@ -19,6 +20,7 @@ from aerosid.logs.spans import expand
 from aerosid.manoeuvres import KINDS, whole_flight_sentence
 
 
+@functools.cache
 def _flown(quiet: float) -> Flight:
     flight = Flight(JET, seed=11)
     unit, level = 0.09, 0.03

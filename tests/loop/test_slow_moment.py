@@ -58,7 +58,7 @@ def flight(seed: int, amplitude: float) -> FlightLog:
     )
 
 
-@pytest.mark.parametrize("seed", [11, 21])
+@pytest.mark.parametrize("seed", [11, pytest.param(21, marks=pytest.mark.slow)])
 def test_a_slow_moment_without_a_name_hides_no_term_and_leaves_the_standard_errors_true(seed: int) -> None:
     """The likelihood simulates open loop, integrates the moment and found no term here, or wrong ones, for minutes."""
     result = close_loop([flight(seed, 0.05)], LIGHT, [flight(seed + 1, -0.05)], WITHOUT_REPORT)
