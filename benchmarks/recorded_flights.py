@@ -110,14 +110,14 @@ def _section(flight: Recorded, folder: Path) -> str:
     lines = [
         f"## {flight.title}\n",
         f"{result.verdict.name.lower().replace('_', ' ')}, by the {result.decided_by}, {seconds:.0f} s.{how}\n",
-        *_named("named", result.effects),
-        *_named("not told apart", result.alternatives),
+        *_named("identified", result.effects),
+        *_named("indistinguishable alternatives", result.alternatives),
         *_errors(result),
     ]
     if not flight.repeat:
         whole = close_loop([log], aircraft)
-        lines += ["\nFitted to the whole record:\n", *_named("named", whole.effects)]
-        lines += [*_named("not told apart", whole.alternatives), *_shares(whole)]
+        lines += ["\nFitted to the whole record:\n", *_named("identified", whole.effects)]
+        lines += [*_named("indistinguishable alternatives", whole.alternatives), *_shares(whole)]
     else:
         lines += _shares(result)
     lines += [f"\n{flight.remark}"] if flight.remark else []
