@@ -26,7 +26,7 @@ from aerosid.loop.equation_error_notes import (
 )
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import number
-from aerosid.search.attribution import Attribution, attribute, attribute_without_disturbances
+from aerosid.search.attribution import Attribution, attribute_by_search, attribute_without_disturbances
 from aerosid.search.calm_air import output_error_in_calm_air
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.equation_error_attribution import attribute_by_equations
@@ -275,17 +275,10 @@ def by_likelihood(
 ) -> MethodResult:
     """Score tests, trial fits and maximum likelihood; `closed`: the air is calm by kinematics."""
     search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
+    moving_air = agreement is not None and agreement.is_gusty
+    found = attribute_by_search(search.without_stored_fits(), problem.others, moving_air=moving_air)
     if settings.catalogue == "terms":
-        found = attribute(*_input_of(search), (), search.settings, search.declared_values, problem.others)
         return MethodResult(eliminate_by_wald_test(found, search), search, agreement=agreement)
-    found = attribute(
-        *_input_of(search),
-        problem.aircraft.coefficients,
-        search.settings,
-        search.declared_values,
-        problem.others,
-        moving_air=agreement is not None and agreement.is_gusty,
-    )
     return _likelihood_result(found, search, problem, settings, agreement)
 
 
@@ -294,14 +287,8 @@ def by_likelihood_without_disturbances(
 ) -> MethodResult | None:
     """As `by_likelihood`; None where flow separation or unmodelled forces would have to be tried."""
     search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
-    found = attribute_without_disturbances(
-        *_input_of(search),
-        problem.aircraft.coefficients,
-        search.settings,
-        search.declared_values,
-        problem.others,
-        moving_air=agreement is not None and agreement.is_gusty,
-    )
+    moving_air = agreement is not None and agreement.is_gusty
+    found = attribute_without_disturbances(search.without_stored_fits(), problem.others, moving_air=moving_air)
     return None if found is None else _likelihood_result(found, search, problem, settings, agreement)
 
 
@@ -317,11 +304,6 @@ def _likelihood_search(
         coefficients, attribution = (), replace(settings.attribution, disturbances=False)
     search = StructureSearch(problem.manoeuvres, hypotheses, coefficients, before, attribution, problem.declared)
     return search, problem.agreement(settings)
-
-
-def _input_of(search: StructureSearch) -> tuple[Refinement, tuple[Manoeuvre, ...], tuple[Hypothesis, ...]]:
-    """The declared estimate, the fitted flights and the hypotheses of a search."""
-    return search.declared, search.manoeuvres, search.hypotheses
 
 
 def _likelihood_result(

@@ -122,26 +122,25 @@ def attribute(
         Whether the instruments show gusts by kinematics alone: the first search is then made in their presence.
     """
     search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    return _attributed(search, multi_start_search(search, before, validation, moving_air=moving_air), validation)
+    return attribute_by_search(search, validation, moving_air=moving_air)
+
+
+def attribute_by_search(
+    search: StructureSearch, validation: Sequence[Manoeuvre], *, moving_air: bool = False
+) -> Attribution:
+    """As `attribute`, with a search that is set up."""
+    results = multi_start_search(search, search.declared, validation, moving_air=moving_air)
+    return _attributed(search, results, validation)
 
 
 def attribute_without_disturbances(
-    before: Refinement,
-    manoeuvres: Sequence[Manoeuvre],
-    hypotheses: Sequence[Hypothesis],
-    coefficients: Sequence[str] = (),
-    settings: AttributionSettings = USUAL,
-    given: AerodynamicModel | None = None,
-    validation: Sequence[Manoeuvre] = (),
-    *,
-    moving_air: bool = False,
+    search: StructureSearch, validation: Sequence[Manoeuvre], *, moving_air: bool = False
 ) -> Attribution | None:
-    """As `attribute`, where neither flow separation nor unmodelled forces would have to be tried; None elsewhere.
+    """As `attribute_by_search`; None where flow separation or unmodelled forces would have to be tried.
 
     These take most of the time of a search, in vain where the residual is of a shape that no effect has.
     """
-    search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    results = search_without_disturbances(search, before, validation, moving_air=moving_air)
+    results = search_without_disturbances(search, search.declared, validation, moving_air=moving_air)
     return None if results is None else _attributed(search, results, validation)
 
 

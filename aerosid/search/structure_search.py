@@ -63,6 +63,17 @@ class StructureSearch:
         self.noise = np.sqrt(self.noise_variances(declared))
         self.critical = float(-ndtri(0.5 * settings.false_alarm / max(len(self.hypotheses), 1)))
 
+    def without_stored_fits(self) -> StructureSearch:
+        """The same search before its first fit; a fit that is known would be reused, with other last digits."""
+        return StructureSearch(
+            self.manoeuvres,
+            self.hypotheses,
+            self.step_coefficients,
+            self.declared,
+            self.settings,
+            self.declared_values,
+        )
+
     @property
     def samples(self) -> int:
         """Measured values in all manoeuvres and channels."""
