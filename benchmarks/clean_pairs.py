@@ -6,8 +6,8 @@ import argparse
 import sys
 import time as clock
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
 
 from scipy.stats import binomtest
 
@@ -32,6 +32,11 @@ class Pair:
     aircraft: Aircraft
 
 
+def _without(log: FlightLog, channels: Collection[str]) -> FlightLog:
+    held = {name: values for name, values in log.channels.items() if name not in channels}
+    return replace(log, channels=held, units={name: log.units[name] for name in held})
+
+
 def count_named(description: str, flown: Callable[[int, int], Pair], *, pairs: int, wind: str, moving: str) -> None:
     """Fly the pairs that the command line asks for, close the loop on each, and print how many are given an effect.
 
@@ -52,6 +57,7 @@ def count_named(description: str, flown: Callable[[int, int], Pair], *, pairs: i
     parser.add_argument("--flights", type=int, default=pairs, help="pairs")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--method", choices=METHODS, default=METHODS[0])
+    parser.add_argument("--without", nargs="*", default=[], metavar="CHANNEL", help="channels that are not recorded")
     arguments = parser.parse_args()
     # Pictures, plans and second opinions take time and name nothing.
     settings = LoopSettings(
@@ -66,7 +72,8 @@ def count_named(description: str, flown: Callable[[int, int], Pair], *, pairs: i
         kind = "calm air" if pair.gust == 0.0 else moving
         tried[kind] += 1
         try:
-            result = close_loop(pair.logs[:1], pair.aircraft, pair.logs[1:], settings=settings)
+            first, second = (_without(log, arguments.without) for log in pair.logs)
+            result = close_loop([first], pair.aircraft, [second], settings=settings)
         except AerosidError as error:
             lines.append(f"  {n}: {type(error).__name__}: {error}")
             continue

@@ -52,6 +52,12 @@ class EquationErrorSettings:
         Longest memory, s, of the colour of a coefficient's residual, and of the paths of bank, heading and sideslip,
         which a gyro bias bends: slower residuals must be explained.
         About the scale of moderate turbulence over the airspeed (MIL-F-8785C: 530 m at 180 m/s).
+    derived_forces : float
+        Time constant, s, of the low-pass behind which forces derived from air data are compared, for lack of
+        accelerometers. Chosen: the longest memory of a coefficient's residual; no other was tried.
+    light_turbulence, turbulence_scale : float
+        Vertical gusts, m/s, and their scale length, m, that a height integrated from air data may contain: light
+        turbulence above 2000 ft (MIL-F-8785C, 3.7.2: a tenth of 15 knots; 1750 ft).
     band_ratio : float
         Power of q over its noise floor, 1, down to which frequencies are used: the band in which the motion is known.
     band_depth : float
@@ -218,6 +224,9 @@ class EquationErrorSettings:
     order: int = 4
     fewest: int = 8
     memory: float = 3.0
+    derived_forces: float = 3.0
+    light_turbulence: float = 0.77
+    turbulence_scale: float = 530.0
     band_ratio: float = 10.0
     band_depth: float = 1e-4
     band_lowest: float = 0.8

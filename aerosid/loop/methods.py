@@ -84,14 +84,20 @@ class IdentificationProblem:
 
     @property
     def is_reconstructed(self) -> bool:
-        """Whether every flight holds what its path is reconstructed from by kinematics."""
-        needed = set(equations_of(self.aircraft.axes).needed)
-        return all(needed <= set(each.outputs) for each in (*self.manoeuvres, *self.others))
+        """Whether every flight holds the channels from which forces and moments are formed."""
+        equations = equations_of(self.aircraft.axes)
+        return all(equations.can_be_formed(each.outputs) for each in (*self.manoeuvres, *self.others))
+
+    @property
+    def has_path(self) -> bool:
+        """Whether every flight holds the accelerometers from which its path is integrated."""
+        equations = equations_of(self.aircraft.axes)
+        return all(equations.has_path(each.outputs) for each in (*self.manoeuvres, *self.others))
 
     @property
     def shows_air(self) -> bool:
-        """Whether vanes measure the air of every flight: without measured sideslip gusts are not observable."""
-        return all(each.sideslip_measured for each in (*self.manoeuvres, *self.others))
+        """Whether every flight shows its air: vanes measure it, and accelerometers the motion without it."""
+        return self.has_path and all(each.sideslip_measured for each in (*self.manoeuvres, *self.others))
 
     def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
         """Settings of the structure search, with more candidates where kinematics do not check instruments or air.
@@ -179,11 +185,16 @@ def _in_closed_kinematics(
     if plain is not None and _is_adequate(plain.found, problem):
         return plain
     found = _by_equations(instrument_errors, problem, settings, progress)
+    closed = "The kinematic equations close within the noise of the instruments, but"
+    if not problem.has_path:
+        closed = (
+            "Without accelerometers kinematics check neither the vane nor the airspeed, and gusts cannot be told from "
+            "missing forces: forces are derived from air data, which is less precise. As"
+        )
     sentence = (
-        "The kinematic equations close within the noise of the instruments, but no structure without flow separation "
-        "and disturbances follows the flights in open-loop simulation. The kinematic and coefficient equations decide "
-        "(method equations): a force or moment that no effect of the catalogue describes is in their coloured "
-        "residuals, where a simulation would integrate it."
+        f"{closed} no structure without flow separation and disturbances follows the flights in open-loop simulation. "
+        "The kinematic and coefficient equations decide (method equations): a force or moment that no effect of the "
+        "catalogue describes is in their coloured residuals, where a simulation would integrate it."
     )
     return replace(found, notes=(sentence, *found.notes))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX, Axes
@@ -17,27 +18,49 @@ class EquationSet(NamedTuple):
     rates : tuple of str
         Angular rates on which moments act: their power determines the band of the motion.
     needed : tuple of str
-        Channels without which no path of the aircraft can be reconstructed. Its sideslip needs no vane.
+        Channels without which the equations cannot be formed.
+    accelerometers : tuple of str
+        From which the path of the aircraft is reconstructed. Its sideslip then needs no vane.
+    in_their_place : tuple of str
+        Further channels from which the specific forces are derived where accelerometers are missing.
     """
 
     kinematic: tuple[str, ...]
     rates: tuple[str, ...]
     needed: tuple[str, ...]
+    accelerometers: tuple[str, ...]
+    in_their_place: tuple[str, ...]
+
+    def can_be_formed(self, channels: Collection[str]) -> bool:
+        """Whether a record with these channels determines forces and moments."""
+        known = set(channels)
+        return known.issuperset(self.needed) and (self.has_path(known) or known.issuperset(self.in_their_place))
+
+    def has_path(self, channels: Collection[str]) -> bool:
+        """Whether the path of the aircraft can be reconstructed without its air data sensors."""
+        return set(channels).issuperset(self.accelerometers)
 
 
 EQUATION_SETS = {
-    LONGITUDINAL.name: EquationSet(("theta", "alpha", "V", "h"), ("q",), ("V", "alpha", "q", "a_x", "a_z")),
-    LATERAL.name: EquationSet(("phi", "psi", "beta"), ("p", "r"), ("p", "r", "phi", "a_y")),
+    LONGITUDINAL.name: EquationSet(
+        ("theta", "alpha", "V", "h"), ("q",), ("V", "alpha", "q"), ("a_x", "a_z"), ("theta",)
+    ),
+    LATERAL.name: EquationSet(("phi", "psi", "beta"), ("p", "r"), ("p", "r", "phi"), ("a_y",), ("beta",)),
     SIX.name: EquationSet(
         ("theta", "phi", "psi", "alpha", "V", "beta", "h"),
         ("p", "q", "r"),
-        ("V", "alpha", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z"),
+        ("V", "alpha", "p", "q", "r", "phi", "theta"),
+        ("a_x", "a_y", "a_z"),
+        ("beta",),
     ),
 }
 """The equations of each case that the engine handles, by the name of the case."""
 
 KINEMATIC = tuple(dict.fromkeys(name for each in EQUATION_SETS.values() for name in each.kinematic))
 """Channels that kinematics predict by integration, in any case."""
+
+HEIGHT = "h"
+"""Channel that is integrated twice from the accelerometers."""
 
 COEFFICIENT = SIX.coefficients
 """Body-axis coefficients, each with the channel that measures it: an accelerometer or the derivative of a rate."""

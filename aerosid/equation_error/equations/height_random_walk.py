@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.integrated_noise import noise_density, random_walk_modes
-from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.recording import Recording, has_inertial_path
 from aerosid.equation_error.equations.running_integral import running_integral
 from aerosid.equation_error.settings import EquationErrorSettings
 
@@ -28,6 +28,10 @@ def height_random_walk(recording: Recording, time: Array, settings: EquationErro
     speed = float(np.mean(recording.as_measured("V")))
     twice = np.sqrt(2.0 * noise_density(recording, "a_z", settings) / length) * integrals**2
     once = speed * np.sqrt(2.0 * noise_density(recording, "theta", settings) / length) * integrals
+    if not has_inertial_path(recording):
+        # A gust moves the vane: the rate of climb by it contains the gust, of density sigma^2 L/V (Dryden).
+        gusts = settings.light_turbulence**2 * settings.turbulence_scale / speed
+        once = np.hypot(once, np.sqrt(2.0 * gusts / length) * integrals)
     modes = cosines * np.hypot(twice, once)
     airspeed = np.interp(time, recording.time, recording.as_measured("V"))
     gust_mode = settings.drifts["h"] * running_integral(airspeed / airspeed.mean() - 1.0, float(time[1] - time[0]))

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.equation_error.equations.angular_rates import Rates, forces_at_centre, rates_of
 from aerosid.equation_error.equations.complementary_filter import blended, without_gusts
+from aerosid.equation_error.equations.derived_forces import with_derived_forces
 from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
@@ -176,7 +177,6 @@ def reconstruct(
         alpha, speed = blended(np.stack([alpha, speed]), np.stack([*found.values()]), settings.blend / interval)
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
-        forces = _forces_of(u, w, v, rates, (theta, phi), interval) | forces
     turn = np.sin(alpha), np.cos(alpha)
     if has_lateral_path:
         _, u, w, v = _velocities(speed, turn, aside)
@@ -188,6 +188,7 @@ def reconstruct(
             beta = beta_vane = beta_path
         aside = recording.sine_and_cosine("beta", beta)
         _, u, w, v = _velocities(speed, turn, aside)
+    forces = with_derived_forces(recording, forces, (u, v, w), rates, (phi, theta))
     h = true.get("h", np.zeros_like(q))
     if "h" in true and "theta" in true:
         if along_path:
@@ -259,17 +260,6 @@ def _velocities(
     """Speed in the plane of symmetry, and u, w, v, m/s, (N,) each, the angles by sine and cosine."""
     plane = speed * beta[1]
     return plane, plane * alpha[1], plane * alpha[0], speed * beta[0]
-
-
-def _forces_of(
-    u: Array, w: Array, v: Array, rates: Rates, attitude: tuple[Array, Array], interval: float
-) -> dict[str, Array]:
-    """Specific forces along x and z, m/s^2, that correspond to the measured velocities."""
-    theta, phi = attitude
-    return {
-        "a_x": derivative(u, interval) + GRAVITY * np.sin(theta) + rates.q * w - rates.r * v,
-        "a_z": derivative(w, interval) - GRAVITY * np.cos(theta) * np.cos(phi) - rates.q * u + rates.p * v,
-    }
 
 
 def _attitude(

@@ -11,8 +11,16 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
-from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, LATERAL_COEFFICIENTS, MEASURED_BY, VANE_OF
+from aerosid.equation_error.equations.channels import (
+    COEFFICIENT,
+    HEIGHT,
+    KINEMATIC,
+    LATERAL_COEFFICIENTS,
+    MEASURED_BY,
+    VANE_OF,
+)
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
+from aerosid.equation_error.equations.derived_forces import is_derived, low_passed
 from aerosid.equation_error.equations.height_random_walk import height_random_walk
 from aerosid.equation_error.equations.instrumental_variables import instrumental_variables
 from aerosid.equation_error.equations.integrated_noise import integral_modes
@@ -49,9 +57,6 @@ revisits some with one error more and one less."""
 
 SIDESLIP = parse_term("beta")
 """Derivative by which the error of a sideslip without a vane acts."""
-
-HEIGHT = "h"
-"""Channel that is integrated twice from the accelerometers."""
 
 _Sensors = tuple[object, ...]
 _Computed = TypeVar("_Computed")
@@ -169,6 +174,8 @@ class Equations:
             for index, name in enumerate(equations.names):
                 if gain := values.get(("gust", name), 0.0):
                     residuals[:, index] -= gain * _gust(name, recording, point.effects, motion)
+            for index, name in enumerate(equations.names):
+                self._low_pass(recording, name, residuals[:, index : index + 1])
             filtered = recording.band(residuals)
             for name, modes in self._sideslip_errors(n, recording, point.model, motion).items():
                 index = equations.names.index(name)
@@ -182,6 +189,10 @@ class Equations:
         """The coefficient equations of one record in the band, with the columns of the free terms."""
         equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free)
         touching, columns = equations.columns(point.free)
+        first = 0
+        for name, entries in touching.items():
+            self._low_pass(recording, name, columns[:, first : first + 1 + len(entries)])
+            first += 1 + len(entries)
         filtered = recording.band(columns)
         random_walk = self._sideslip_errors(n, recording, point.model, motion)
         segments, index = [], 0
@@ -197,6 +208,11 @@ class Equations:
             segments.append(segment)
             index += 1 + len(entries)
         return segments
+
+    def _low_pass(self, recording: Recording, equation: str, columns: Array) -> None:
+        """Columns (N, K) of an equation behind the low-pass that it needs without its accelerometer, in place."""
+        if is_derived(recording, equation):
+            columns[:] = low_passed(columns, recording.interval, self._settings.derived_forces)
 
     def _sideslip_errors(
         self, n: int, recording: Recording, model: AerodynamicModel, motion: Motion

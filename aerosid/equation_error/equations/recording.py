@@ -183,6 +183,11 @@ class Recording:
         return np.asarray(self.manoeuvre.flight.positions[self.manoeuvre.axes.outputs.index(channel)], dtype=np.float64)
 
 
+def has_inertial_path(recording: Recording) -> bool:
+    """Whether the record's path is integrated from accelerometers; else it rests on the air data."""
+    return equations_of(recording.manoeuvre.axes).has_path(recording.channels)
+
+
 def read_recordings(
     identification: Sequence[Manoeuvre], validation: Sequence[Manoeuvre], settings: EquationErrorSettings
 ) -> tuple[Recording, ...]:

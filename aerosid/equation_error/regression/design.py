@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
-from aerosid.equation_error.equations.channels import KINEMATIC, LATERAL_PATHS
+from aerosid.equation_error.equations.channels import HEIGHT, KINEMATIC, LATERAL_PATHS
 from aerosid.equation_error.equations.instrumental_variables import TRENDS
-from aerosid.equation_error.equations.points import HEIGHT, Segment, Unknown, value_of
+from aerosid.equation_error.equations.points import Segment, Unknown, value_of
 from aerosid.equation_error.regression.coloured_regression import (
     Colour,
     Coloured,

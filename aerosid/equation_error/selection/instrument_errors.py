@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor_position import farthest_place
-from aerosid.equation_error.equations.channels import COEFFICIENT, KINEMATIC, VANE_OF
+from aerosid.equation_error.equations.channels import COEFFICIENT, HEIGHT, KINEMATIC, VANE_OF
 from aerosid.equation_error.equations.points import Point, Unknown
-from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.equations.recording import has_inertial_path, read_recordings
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import (
     Estimate,
@@ -90,11 +90,14 @@ class InstrumentErrors:
 
         About one where white noise is all that is left; moving air, coloured noise and records filtered after the
         flight leave more. White noise has the same power at each frequency, so that a band of n of N samples has the
-        square root of n/N of its standard deviation.
+        square root of n/N of its standard deviation. A height integrated from air data, for lack of accelerometers, is
+        left out: it contains the integral of their noise.
         """
         found = self.selected.estimate
         ratios = []
         for s, (index, channel) in enumerate(found.design.segments):
+            if channel == HEIGHT and not has_inertial_path(found.problem.recordings[index]):
+                continue
             recording, residual = found.problem.recordings[index], found.solution.residuals[found.design.rows(s)]
             noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
             in_band = noise * float(np.sqrt(residual.size / recording.time.size))

@@ -56,11 +56,14 @@ class EffectEstimate:
 
     @property
     def ratio(self) -> float:
-        """Distance from the null value in standard errors; of several parameters the most significant one counts."""
+        """Distance from the null value in standard errors; of several parameters the most significant one counts.
+
+        Zero for a parameter that the fitted records do not determine, whose variance is left at zero.
+        """
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
         if self.active is None or len(self.active.values) == 1:
-            return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else np.inf
+            return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else 0.0
         ratios = [
             abs(value - parameter.null) / error
             for value, parameter, error in zip(
@@ -68,7 +71,7 @@ class EffectEstimate:
             )
             if error > 0.0
         ]
-        return max(ratios, default=np.inf)
+        return max(ratios, default=0.0)
 
 
 def null_value(active: ActiveEffect | None) -> float:
