@@ -17,7 +17,14 @@ from aerosid.estimation.fit_settings import COMPETING_FITS, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.estimation.maximum_likelihood import Refinement, Start, first_point, refine_on, refinement_at
+from aerosid.estimation.maximum_likelihood import (
+    Refinement,
+    Start,
+    first_point,
+    refine_on,
+    refinement_at,
+    simulated_point,
+)
 
 
 def fit_competing_structures(
@@ -130,22 +137,19 @@ class EvaluatedStart(NamedTuple):
     predicted_cost: float
 
 
-def evaluated_starts(
-    starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre], settings: RefinementSettings
-) -> list[EvaluatedStart]:
+def evaluated_starts(starts: Sequence[Start], manoeuvres: Sequence[Manoeuvre]) -> list[EvaluatedStart]:
     """Several starts with their likelihoods, distributed over the cores.
 
-    A start that diverges in open loop has none: its continuation from the data is repeated by the fit.
+    A start that diverges in open loop has none. Its continuation from the data, a hundred times as long, would
+    re-estimate the derivatives on the way, and compare with no other start.
     """
 
     def first(start: Start) -> EvaluatedStart:
         likelihood = Likelihood(start.model, tuple(manoeuvres), start.free)
-        try:
-            point = first_point(likelihood, start, settings)
-        except EstimationError:
+        point = simulated_point(likelihood, start)
+        if point is None:
             return EvaluatedStart(replace(start, point=None), np.inf)
-        known = point if likelihood.held_to_data == 0.0 else None
-        return EvaluatedStart(replace(start, point=known), point.cost - predicted_decrease(likelihood, point))
+        return EvaluatedStart(replace(start, point=point), point.cost - predicted_decrease(likelihood, point))
 
     return mapped_in_threads(first, starts)
 

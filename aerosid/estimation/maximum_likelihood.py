@@ -175,17 +175,39 @@ class Start:
 
 
 def first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:
-    """The start with its likelihood."""
+    """The start with its likelihood, by continuation from the data where it diverges in open loop.
+
+    Raises
+    ------
+    EstimationError
+        Where no continuation can be simulated either.
+    """
+    point = simulated_point(likelihood, start)
+    if point is None:
+        at = (start.model.values, _states(likelihood, start), start.effects, _variance(likelihood, start))
+        point = _continuation_start(likelihood, *at, settings)
+    return point
+
+
+def simulated_point(likelihood: Likelihood, start: Start) -> Point | None:
+    """The start with its likelihood; None where it diverges in open loop."""
     if start.point is not None:
         return start.point
-    variance = likelihood.starting_variance() if start.variance is None else np.array(start.variance)
-    states = start.states
-    if states is None:
-        states = tuple(manoeuvre.first_state for manoeuvre in likelihood.manoeuvres)
-    point = likelihood.evaluate(start.model.values, states, start.effects, variance)
-    if point is None:
-        point = _continuation_start(likelihood, start.model.values, states, start.effects, variance, settings)
-    return point
+    return likelihood.evaluate(
+        start.model.values, _states(likelihood, start), start.effects, _variance(likelihood, start)
+    )
+
+
+def _states(likelihood: Likelihood, start: Start) -> tuple[NDArray[np.float64], ...]:
+    """The initial states of a start; by default those measured."""
+    if start.states is not None:
+        return start.states
+    return tuple(manoeuvre.first_state for manoeuvre in likelihood.manoeuvres)
+
+
+def _variance(likelihood: Likelihood, start: Start) -> NDArray[np.float64]:
+    """The noise variances of a start; by default those of the measurements."""
+    return likelihood.starting_variance() if start.variance is None else np.array(start.variance)
 
 
 def refinement_at(

@@ -75,7 +75,8 @@ def profile_starts(
 
     A surface that lags far behind its record is at times on the wrong side of every step, and the likelihood has its
     maximum there only if the fit starts from a limit or a lag near the true one. At each value the linearisation at the
-    common start predicts the likelihood; the best few by that prediction are fitted.
+    common start predicts the likelihood; the best few by that prediction are fitted. A value with which the declared
+    derivatives cannot be simulated is left out.
     """
     settings = search.settings.trials
     starts, trial_effects = [], []
@@ -92,11 +93,11 @@ def profile_starts(
             trial_effects.append(trial_effect)
     if not starts:
         return []
-    evaluated = evaluated_starts(starts, search.manoeuvres, TRIAL)
     owned = {
         h.key: [n for n, trial_effect in enumerate(trial_effects) if trial_effect.name == (h.kind, h.where)]
         for h in hypotheses
     }
+    evaluated = evaluated_starts(starts, search.manoeuvres)
     most_promising = {
         key: sorted(
             (n for n in own if evaluated[n].predicted_cost < np.inf), key=lambda n: (evaluated[n].predicted_cost, n)

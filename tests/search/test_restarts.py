@@ -41,7 +41,7 @@ def test_the_profile_start_of_a_large_lag_is_near_its_true_value(followed: int) 
 def test_the_predicted_cost_of_a_start_is_that_of_a_full_step_of_its_linearisation() -> None:
     model, manoeuvre = Problem().prepared(Problem().fly())
     free = tuple(model.entries)
-    (known,) = evaluated_starts([Start(model, free)], [manoeuvre], TRIAL)
+    (known,) = evaluated_starts([Start(model, free)], [manoeuvre])
     assert known.start.point is not None
     point = known.start.point
     likelihood = Likelihood(model, (manoeuvre,), free)
@@ -91,7 +91,7 @@ def test_a_start_that_cannot_be_simulated_loses_at_infinite_cost() -> None:
     wild = model.values.copy()
     wild[model.index(entry("C_m", "alpha"))] = 1e3
     starts = [Start(model.with_values(wild), free), Start(model, free)]
-    lost, sound = evaluated_starts(starts, [manoeuvre], TRIAL)
+    lost, sound = evaluated_starts(starts, [manoeuvre])
     assert lost.predicted_cost == np.inf
     assert lost.start.point is None
     assert np.isfinite(sound.predicted_cost)
@@ -112,3 +112,17 @@ def test_a_control_effect_without_any_simulated_start_has_no_fit() -> None:
     wild = declared.model.values.copy()
     wild[declared.model.index(entry("C_m", "alpha"))] = 1e3
     assert profile_starts(search, replace(declared, model=declared.model.with_values(wild)), delays, np.inf) == []
+
+
+def test_a_start_that_only_a_continuation_reaches_has_no_likelihood_of_its_own() -> None:
+    """An unstable aircraft diverges in open loop; continued from the data it would have other derivatives."""
+    model, manoeuvre = Problem(duration=20.0).prepared(Problem(duration=20.0).fly())
+    free = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
+    unstable = model.values.copy()
+    unstable[model.index(entry("C_m", "alpha"))] = 2.0
+    start = Start(model.with_values(unstable), free)
+    (evaluated,) = evaluated_starts([start], [manoeuvre])
+    assert evaluated.predicted_cost == np.inf
+    assert evaluated.start.point is None
+    (fitted,) = fit_competing_structures([start], [manoeuvre], TRIAL, [0.0])
+    assert np.isfinite(fitted.cost)
