@@ -55,7 +55,7 @@ def loop_settings(
     density = _density(error_density)
     from aerosid.loop.next_flight.flight_limits import read_limit
     from aerosid.loop.settings import LoopSettings
-    from aerosid.model_error.paper_chain import ChainSettings
+    from aerosid.model_error.paper_chain.chain import ChainSettings
 
     return LoopSettings(
         method=_method(method),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from aerosid.model_error.in_flight import Frame
+    from aerosid.model_error.paper_chain.in_flight import Frame
 
 
 def replay_command(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from aerosid.model_error.in_flight import Frame
+from aerosid.model_error.paper_chain.in_flight import Frame
 from aerosid.reporting.scripts import Script, content_policy
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
 

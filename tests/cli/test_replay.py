@@ -17,7 +17,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.cli.main import main
 from aerosid.logs.formats import read_log
 from aerosid.loop.identification import replayed
-from aerosid.model_error.in_flight import Frame, InFlightSettings
+from aerosid.model_error.paper_chain.in_flight import Frame, InFlightSettings
 from aerosid.reporting.replay_page import frames_json, render_replay
 
 FLIGHT = Problem(undeclared=BOTH_SQUARES).fly(3)

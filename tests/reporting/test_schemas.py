@@ -15,7 +15,7 @@ from aerosid.cli.main import main
 from aerosid.cli.schema import DOCUMENTS, schema_text
 from aerosid.loop.provenance import Provenance, all_settings
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.reporting.result_json import result_text
 from aerosid.studies.batch import Batch, LogFile
 from aerosid.studies.batch.one_log import summary_row

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosid.model_error.screening import RegressorPicture
+from aerosid.model_error.paper_chain.screening import RegressorPicture
 from aerosid.reporting.figures.chart import Chart, FloatArray, Limits, Line, Points, Role
 from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.words import subscripted, term_label

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from aerosid.loop.model_validation.open_loop_errors import Simulated
-from aerosid.model_error.force_history import ErrorHistory
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Band, Chart, Corridor, FloatArray, Limits, Line, Mark, Points, Role
 from aerosid.reporting.figures.layout import Row, limits_around, stacked

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.screening import RegressorPicture
+from aerosid.model_error.paper_chain.screening import RegressorPicture
 from aerosid.notation import listed, number
 from aerosid.reporting.figures.cross_plots import cross_plots
 from aerosid.reporting.figures.numbered import Figure, FigureBook

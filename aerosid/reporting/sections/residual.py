@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.force_history import ErrorHistory
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory
 from aerosid.notation import number
 from aerosid.reporting.error_rows import note_on_unknown_noise
 from aerosid.reporting.figures.numbered import FigureBook

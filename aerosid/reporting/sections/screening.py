@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.screening import ScreeningRow
+from aerosid.model_error.paper_chain.screening import ScreeningRow
 from aerosid.reporting.figures.numbered import FigureBook
 
 LISTED = 16

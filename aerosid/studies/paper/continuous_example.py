@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.continuous import estimate_continuous
-from aerosid.model_error.functions import model_functions
-from aerosid.model_error.initial_states import estimate_forward_backward
-from aerosid.model_error.weights import Weights, continuous_weights
+from aerosid.model_error.estimators.continuous import estimate_continuous
+from aerosid.model_error.estimators.functions import model_functions
+from aerosid.model_error.estimators.initial_states import estimate_forward_backward
+from aerosid.model_error.estimators.weights import Weights, continuous_weights
 from aerosid.studies.paper.discrete_example import Case
 from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.discrete import estimate_discrete
-from aerosid.model_error.fixed_interval import fixed_interval_discrete
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.weights import Weights, discrete_weights
+from aerosid.model_error.estimators.discrete import estimate_discrete
+from aerosid.model_error.estimators.fixed_interval import fixed_interval_discrete
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.weights import Weights, discrete_weights
 from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 
 Array = NDArray[np.float64]

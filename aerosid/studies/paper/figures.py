@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.functions import model_functions
+from aerosid.model_error.estimators.functions import model_functions
 from aerosid.reporting.inline_svg import COLOURS
 from aerosid.studies.paper import continuous_example, discrete_example
 from aerosid.studies.paper.flight_example import INTERVAL, Flight, noisy, reference_flight

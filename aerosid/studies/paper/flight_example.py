@@ -19,7 +19,7 @@ from scipy.optimize import root
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.errors import EstimationError
 from aerosid.flight_model.simulation import doublet
-from aerosid.model_error.functions import model_functions
+from aerosid.model_error.estimators.functions import model_functions
 
 Array = NDArray[np.float64]
 Rates = Callable[[Array, Array, float], Array]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.response import respond
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.response import respond
 from aerosid.signals.least_squares import recursive_least_squares
 
 Array = NDArray[np.float64]

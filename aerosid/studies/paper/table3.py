@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.continuous import estimate_continuous
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.response import respond
-from aerosid.model_error.weights import continuous_weights
+from aerosid.model_error.estimators.continuous import estimate_continuous
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.response import respond
+from aerosid.model_error.estimators.weights import continuous_weights
 from aerosid.studies.paper import published
 from aerosid.studies.paper.flight_example import INTERVAL, Flight, noisy, reference_flight
 from aerosid.studies.paper.view import TableView, number

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.consistency import judge_consistency, most_likely_weights
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.response import respond
-from aerosid.model_error.weights import Weights
+from aerosid.model_error.estimators.consistency import judge_consistency, most_likely_weights
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.response import respond
+from aerosid.model_error.estimators.weights import Weights
 from aerosid.signals.least_squares import recursive_least_squares
 from aerosid.signals.prefilter import Butterworth, apply, choose_cut_off
 from aerosid.studies.paper import published
