@@ -121,7 +121,7 @@ def export_command(
 
 
 def _pair(option: str, words: str | None, unit: str, example: str) -> tuple[float, float] | None:
-    """Two numbers, each in the unit of the option or with one of its own."""
+    """Two numbers, each in the unit of the option or with its own unit."""
     from aerosid.logs.formats.quantity import read_quantity
     from aerosid.logs.formats.units import UnitProblem
 
@@ -172,7 +172,7 @@ def _property(words: str) -> tuple[str, tuple[str, float]]:
 
 
 def _date(aircraft: Aircraft, words: str | None) -> str:
-    """The date asked for, else that of the model, else that of the file: the same file gives the same bytes."""
+    """The date given, else that of the model, else that of the file: the same file gives the same bytes."""
     from aerosid.aircraft import bundled_aircraft
 
     if words is not None:

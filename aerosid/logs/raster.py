@@ -1,4 +1,4 @@
-"""Resampling of several streams to one raster: holes cut, fast channels low-passed, slow ones marked, switches held."""
+"""Resampling of several streams to one raster: cut at gaps, fast channels low-passed, switches held."""
 
 from __future__ import annotations
 
@@ -21,32 +21,33 @@ from aerosid.signals.resampling import (
     nearest_to_samples,
 )
 
-# What follows the aircraft's motion by the second: the slowest of these sets the raster.
+# Channels that follow the aircraft's motion: the slowest of these sets the raster.
 MOTION = (
     "V", "alpha", "beta", "u", "v", "w", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot",
     "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z",
 )  # fmt: skip
 CONTROL = "delta_"
-_CIRCLE = ("phi", "psi")  # angles that pass the end of their range in flight
+_CIRCLE = ("phi", "psi")  # angles that wrap around in flight
 
 
 @dataclass(frozen=True)
 class RasterSettings:
-    """How streams of unlike rates become one log.
+    """Resampling of streams of different rates to one log.
 
     Attributes
     ----------
     slowest_control : float
-        Rate of a control over that of the raster; slower, the steps and ramps that drive the motion are not known, and
-        the log is refused.
+        Least rate of a control relative to the raster; below, the steps and ramps that drive the motion are unknown,
+        and the log is refused.
     finest : float
-        Rate of the raster over that of a channel up to which it is interpolated; beyond, only its samples are kept.
+        Rate of the raster relative to a channel's up to which the channel is interpolated; beyond, only its samples
+        are kept.
     fewest : int
-        Samples of a segment that is of use.
+        Least number of samples of a useful segment.
     too_slow : float
-        Hz; a recording below shows no motion of an aircraft, whose short period lies between 0.3 and 2 Hz.
+        Hz; a recording below does not resolve the short period, which lies between 0.3 and 2 Hz.
     stamps : StampSettings
-        What is a hole.
+        Definition of a gap.
     resampling : ResamplingSettings
         The low-pass filter.
     """
@@ -64,7 +65,7 @@ DEFAULTS = RasterSettings()
 
 @dataclass(frozen=True)
 class Track:
-    """One channel on its own stamps.
+    """One channel on its own time stamps.
 
     Attributes
     ----------
@@ -85,13 +86,13 @@ class Track:
 
     @property
     def leads(self) -> bool:
-        """Whether the channel decides where the record begins, ends and is cut: motion and controls do."""
+        """Whether the channel determines where the record begins, ends and is cut: motion channels and controls do."""
         return not self.held and (self.name in MOTION or self.name.startswith(CONTROL))
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch without a hole.
+    """A stretch without a gap.
 
     Attributes
     ----------
@@ -112,16 +113,16 @@ def onto_one_raster(
     label: str,
     settings: RasterSettings = DEFAULTS,
 ) -> tuple[list[Segment], list[str]]:
-    """The stretches between holes, each with all channels on one raster, and what was done, a sentence each.
+    """The stretches between gaps, each with all channels on one raster, and the processing, a sentence each.
 
     Parameters
     ----------
     tracks : list of Track
         The channels.
     drop_outs : tuple of (float, float)
-        Start and length, s, of what the recorder itself says it lost.
+        Start and length, s, of losses reported by the recorder itself.
     raster : float, str or None
-        Rate, Hz; or the channel whose stamps to use; None: the slowest motion channel's.
+        Rate, Hz; or the channel whose stamps are used; None: those of the slowest motion channel.
     label : str
         The file, for messages.
     settings : RasterSettings
@@ -166,7 +167,7 @@ def onto_one_raster(
 
 
 def _base(leading: list[Track], raster: float | str | None, label: str) -> Track | float:
-    """The channel whose stamps are the raster, or its rate."""
+    """The channel whose stamps are the raster, or the rate of the raster."""
     if isinstance(raster, str):
         found = [track for track in leading if track.name == raster]
         if not found:
@@ -197,7 +198,7 @@ def _cuts(
     stop: float,
     settings: RasterSettings,
 ) -> list[tuple[float, float]]:
-    """All holes within start..stop, those that overlap as one."""
+    """All gaps within start..stop, overlapping ones merged."""
     found = [tuple(row) for track in leading for row in holes(track.time, settings.stamps).tolist()]
     found += [(at, at + length) for at, length in drop_outs if length > 0.0]
     merged: list[tuple[float, float]] = []
@@ -222,7 +223,7 @@ def _instants(base: Track | float, low: float, high: float) -> FloatArray:
 
 
 def _brought(track: Track, wanted: FloatArray, interval: float, settings: RasterSettings) -> FloatArray:
-    """A channel at the raster's instants, stretch by stretch between its own holes; shape (K,)."""
+    """A channel at the raster's instants, stretch by stretch between its own gaps; shape (K,)."""
     if track.held:
         there = np.isfinite(track.values)
         return hold_to(track.time[there], track.values[there], wanted)
@@ -274,7 +275,7 @@ def _rises_too_far(step: float, interval: float, settings: RasterSettings) -> bo
 
 
 def _drives(name: str) -> bool:
-    """Whether the channel is a slow condition that equations need at every instant: mass, density, thrust."""
+    """Whether the channel is a slow quantity that the equations need at every instant: mass, density, thrust."""
     return name in CHANNELS and CHANNELS[name].kind == "input"
 
 
@@ -297,7 +298,7 @@ def _raster_notes(base: Track | float, interval: float, tracks: list[Track], set
 
 
 def _faster_note(base: Track | float, leading: list[Track], settings: RasterSettings) -> list[str]:
-    """What keeps the rest where one slow motion channel brings all others down to its rate."""
+    """A note on how to keep the other channels' rate where one slow motion channel limits them all."""
     motion = [track for track in leading if track.name in MOTION and track is not base]
     if not (isinstance(base, Track) and motion):
         return []

@@ -21,12 +21,12 @@ from aerosid.logs.settings import READING
 __all__ = ["ROLES", "Span", "cut_span", "expand", "is_segment_file", "parse_span", "read_segment_file", "read_span"]
 
 ROLES = ("identification", "validation", "hold_out")
-"""What a segment may be for."""
+"""Permitted roles of a segment."""
 
 _SPAN = re.compile(r"(?P<path>.+)@(?P<start>[^:@]*):(?P<stop>[^:@]*)", re.DOTALL)
 _COLUMNS = ("log", "from", "to", "role", "name")
 _LARGEST_FILE = 10_000_000
-"""Format: bytes of a segment file at most."""
+"""Format: maximum number of bytes of a segment file."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Span:
     path : Path
         The recording.
     start, stop : float or None
-        s on its own clock; None: from its beginning, to its end.
+        s on its own clock; None: from its beginning, or to its end.
     role : str
-        identification, validation or hold_out; empty where the file or command line does not say.
+        identification, validation or hold_out; empty where neither the file nor the command line gives it.
     name : str
-        By which results call it; empty: the recording's name with the span.
+        Its name in results; empty: the recording's name with the span.
     """
 
     path: Path
@@ -57,7 +57,7 @@ class Span:
         return self.start is None and self.stop is None
 
     def __str__(self) -> str:
-        """As the command line takes it."""
+        """As written on the command line."""
         if self.whole:
             return str(self.path)
         ends = ("" if end is None else f"{end:.15g}" for end in (self.start, self.stop))
@@ -65,12 +65,12 @@ class Span:
 
 
 def parse_span(text: str | Path) -> Span:
-    """The span that `LOG`, `LOG@FROM:TO`, `LOG@FROM:` or `LOG@:TO` says, times in s.
+    """The span written as `LOG`, `LOG@FROM:TO`, `LOG@FROM:` or `LOG@:TO`, times in s.
 
     Raises
     ------
     UsageError
-        Where a time is no number, or the span is empty.
+        Where a time is not a number, or the span is empty.
     """
     path = Path(text)
     match = _SPAN.fullmatch(str(text))
@@ -100,7 +100,7 @@ def _checked(span: Span, label: str) -> Span:
 
 
 def expand(texts: Iterable[str | Path]) -> tuple[Span, ...]:
-    """The spans of a command line's words: recordings, spans of them, and segment files in their place.
+    """The spans of a command line's arguments: recordings, spans of them, and the contents of segment files.
 
     Raises
     ------
@@ -121,23 +121,23 @@ def read_span(
     *,
     across_holes: bool = False,
 ) -> FlightLog:
-    """The recording, cut to its span and named for it.
+    """The recording, cut to its span and named accordingly.
 
     Parameters
     ----------
     text : str, Path or Span
-        As `parse_span` takes it.
+        From `parse_span`.
     channels : Path, optional
         The channel map.
     held : dict of Path to FlightLog, optional
-        Recordings that were read already: a flight of which ten spans are wanted is read once.
+        Recordings already read: a flight with ten spans is read once.
     across_holes : bool
-        Keep all stretches of the span; otherwise the longest one without a hole.
+        Keep all stretches of the span; otherwise the longest one without a gap.
 
     Raises
     ------
     LogError
-        Where the recording cannot be read, or holds fewer than two samples in the span.
+        Where the recording cannot be read, or has fewer than two samples in the span.
     """
     span = text if isinstance(text, Span) else parse_span(text)
     store = {} if held is None else held
@@ -188,7 +188,7 @@ def read_segment_file(path: Path) -> tuple[Span, ...]:
     Raises
     ------
     UsageError
-        Where the file cannot be read, or says something wrong: which segment, which key.
+        Where the file cannot be read or an entry is wrong; the message names segment and key.
     """
     try:
         content = path.read_bytes()[: _LARGEST_FILE + 1].decode("utf-8-sig")
@@ -265,7 +265,7 @@ def _no_time() -> float:
 
 
 def require_samples(log: FlightLog, fewest: int = READING.fewest_samples) -> FlightLog:
-    """The log, where it holds enough samples to estimate anything.
+    """The log, where it has enough samples for an estimation.
 
     Raises
     ------
