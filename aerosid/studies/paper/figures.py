@@ -28,7 +28,7 @@ WIDTH = 7.5
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure with its number and what it shows; `names` are its lines, by the role that gives their colour."""
+    """A figure with its number and description; `names` are its lines, by the role that gives their colour."""
 
     number: int
     caption: str
