@@ -1,4 +1,4 @@
-"""Spans of recordings and segment files: what they mean, and one sentence where they are wrong."""
+"""Spans of recordings and segment files: their meaning, and one-sentence errors where they are wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The published schemas are those of the code, and every document that is written keeps to them."""
+"""The published schemas are those of the code, and every document written conforms to them."""
 
 from __future__ import annotations
 
