@@ -70,7 +70,7 @@ def check_command(
 
 
 def _print_streams(path: Path, recording: Recording, output: Console) -> None:
-    """First and last time, rate and holes of each stream of a recording of several clocks."""
+    """First and last time, rate and gaps of each stream of a recording of several clocks."""
     from aerosid.logs.channel_listing import list_channels
     from aerosid.reporting.channel_tables import print_notes, print_streams
 

@@ -69,7 +69,7 @@ def export_command(
         typer.Option(
             "--folded-thrust",
             metavar="C_T",
-            help="jsbsim: thrust/(q_bar S) that C_X holds, to be taken out for an aircraft with engines.",
+            help="jsbsim: thrust/(q_bar S) included in C_X, subtracted for an aircraft with engines.",
             show_default=False,
         ),
     ] = None,

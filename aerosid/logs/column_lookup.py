@@ -83,7 +83,7 @@ def find_column(recording: Recording, wanted: int | str) -> Found:
 def _by_number(recording: Recording, number: int) -> Found:
     if len(recording.streams) > 1:
         raise LookupProblem(
-            f"is mapped to column {number}, but the recording is no single table; give the column's name"
+            f"is mapped to column {number}, but the recording is not a single table; give the column's name"
         )
     (stream,) = recording.streams
     if number > len(stream.columns):

@@ -230,7 +230,7 @@ def longest_stretch(log: FlightLog) -> FlightLog:
     others = ", ".join(f"{part.time[0]:.6g} to {part.time[-1]:.6g} s" for part in parts if part is not longest)
     note = (
         f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(parts)} stretches without "
-        f"a hole; the others: {others}; choose one by its span"
+        f"a gap; the others: {others}; choose one by its span"
     )
     return replace(longest, notes=(*longest.notes, note))
 

@@ -149,13 +149,13 @@ def onto_one_raster(
     for low, high in _between(cuts, start, stop):
         wanted = _instants(base, low, high)
         if wanted.size >= settings.fewest:
-            channels = {t.name: _brought(t, wanted, interval, settings) for t in tracks}
+            channels = {t.name: _resampled(t, wanted, interval, settings) for t in tracks}
             segments.append(Segment(wanted, channels))
     if not segments:
         source = base.name if isinstance(base, Track) else "the map's raster"
         raise LogError(
             f"{label}: at the {1.0 / interval:.3g} Hz of {source} no stretch of {settings.fewest} samples lies between "
-            f"{start:.6g} and {stop:.6g} s and its {len(cuts)} holes; record longer, or leave that channel out."
+            f"{start:.6g} and {stop:.6g} s and its {len(cuts)} gaps; record longer, or leave that channel out."
         )
     faster = _faster_note(base, leading, settings) if raster is None else []
     notes = [
@@ -222,7 +222,7 @@ def _instants(base: Track | float, low: float, high: float) -> FloatArray:
     return np.arange(first, last + 1) / base
 
 
-def _brought(track: Track, wanted: FloatArray, interval: float, settings: RasterSettings) -> FloatArray:
+def _resampled(track: Track, wanted: FloatArray, interval: float, settings: RasterSettings) -> FloatArray:
     """A channel at the raster's instants, stretch by stretch between its own gaps; shape (K,)."""
     if track.held:
         there = np.isfinite(track.values)
@@ -291,7 +291,7 @@ def _raster_notes(base: Track | float, interval: float, tracks: list[Track], set
             f"sampled at {rate:.3g} Hz: too slow for an aircraft's motion, which needs {settings.too_slow:g} Hz"
         )
     for track in () if same else tracks:
-        note = _brought_note(track, base, interval, settings)
+        note = _resampling_note(track, base, interval, settings)
         if note:
             notes.append(f"{track.name}: {note}")
     return notes
@@ -308,7 +308,7 @@ def _faster_note(base: Track | float, leading: list[Track], settings: RasterSett
     return [f"{base.name} alone is this slow: `raster = {following:.2g}`, the next rate, keeps higher frequencies"]
 
 
-def _brought_note(track: Track, base: Track | float, interval: float, settings: RasterSettings) -> str:
+def _resampling_note(track: Track, base: Track | float, interval: float, settings: RasterSettings) -> str:
     if isinstance(base, Track) and (track is base or np.array_equal(track.time, base.time)):
         return ""
     if track.held:
@@ -319,8 +319,8 @@ def _brought_note(track: Track, base: Track | float, interval: float, settings: 
         edge = settings.resampling.passed / interval
         delay = filter_delay(interval, settings.resampling)
         return (
-            f"low-passed above {edge:.3g} Hz and brought {rates}; the filter's delay of {delay:.2g} s is taken out, "
-            "nearer to an end it takes out less"
+            f"low-passed above {edge:.3g} Hz and resampled {rates}; the filter's delay of {delay:.2g} s is "
+            "compensated, near the ends the filter attenuates less"
         )
     if _rises_too_far(step, interval, settings):
         if _drives(track.name):

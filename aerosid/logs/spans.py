@@ -82,7 +82,7 @@ def parse_span(text: str | Path) -> Span:
             ends.append(float(word) if word.strip() else None)
         except ValueError:
             raise UsageError(
-                f"{shown(text, 200)}: {shown(word)} is no time in s; give a span as LOG@3625:3665."
+                f"{shown(text, 200)}: {shown(word)} is not a time in s; give a span as LOG@3625:3665."
             ) from None
     return _checked(Span(Path(match["path"]), ends[0], ends[1]), shown(text, 200))
 
@@ -212,7 +212,7 @@ def _toml_rows(path: Path, content: str) -> list[Mapping[str, Any]]:
         document = tomllib.loads(content)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         reason = " ".join(str(error).split())[:120]
-        raise UsageError(f"{path}: the segment file is no valid TOML ({reason}); correct that place.") from None
+        raise UsageError(f"{path}: the segment file is not valid TOML ({reason}); correct that place.") from None
     unknown = next((key for key in document if key not in ("schema", "segment")), None)
     if unknown is not None:
         raise UsageError(
@@ -221,7 +221,7 @@ def _toml_rows(path: Path, content: str) -> list[Mapping[str, Any]]:
         )
     rows = document.get("segment", [])
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise UsageError(f"{path}: segment is no list of tables; write [[segment]] with double brackets.")
+        raise UsageError(f"{path}: segment is not a list of tables; write [[segment]] with double brackets.")
     return rows
 
 
@@ -230,7 +230,7 @@ def _csv_rows(path: Path, content: str) -> list[Mapping[str, Any]]:
     try:
         return list(csv.DictReader(io.StringIO("\n".join(lines)), skipinitialspace=True, strict=True))
     except csv.Error as error:
-        raise UsageError(f"{path}: the segment file is no valid CSV ({error}); correct it.") from None
+        raise UsageError(f"{path}: the segment file is not valid CSV ({error}); correct it.") from None
 
 
 def _segment(path: Path, number: int, row: Mapping[str, Any]) -> Span:
@@ -246,7 +246,7 @@ def _segment(path: Path, number: int, row: Mapping[str, Any]) -> Span:
         raise UsageError(f"{label} has the role {shown(role)}, expected one of {', '.join(ROLES)}; correct it.")
     name = str(row.get("name") or "").strip()
     if any(mark in name for mark in '/\\:*?"<>|\0') or name in (".", ".."):
-        raise UsageError(f"{label} is named {shown(name)}, which is no file name; take letters, digits, - and _.")
+        raise UsageError(f"{label} is named {shown(name)}, which is not a file name; take letters, digits, - and _.")
     ends = [_seconds(label, key, row.get(key)) for key in ("from", "to")]
     return _checked(Span(path.parent / log.strip(), ends[0], ends[1], role, name), label)
 

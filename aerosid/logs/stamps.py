@@ -279,7 +279,7 @@ def hole_notes(
         return []
     named = ", ".join(f"{high - low:.3g} s after {low:.6g} s" for low, high in cuts[:_NAMED])
     more = f" and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
-    count = "1 hole" if len(cuts) == 1 else f"{len(cuts)} holes"
+    count = "1 gap" if len(cuts) == 1 else f"{len(cuts)} gaps"
     left = "1 segment" if segments == 1 else f"{segments} segments"
     sentence = (
         f"{count} (steps of more than {settings.hole:g} medians, or the recorder's own mark) in the record, none "

@@ -75,7 +75,7 @@ def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Pla
         lacking = [key for key in (name, reference) if key not in by_name]
         if lacking:
             raise ChannelMapError(
-                f"{place.map}: [align] names {lacking[0]}, which is no channel of the map; correct it."
+                f"{place.map}: [align] names {lacking[0]}, which is not a channel of the map; correct it."
             )
         moved, fixed = by_name[name], by_name[reference]
         fit = fit_clocks(*_finite(fixed), *_finite(moved))
@@ -84,7 +84,7 @@ def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Pla
                 f"{place.log}: {name} and {reference} do not contain the same signal, so their clocks cannot be "
                 "aligned; remove the pair from [align]."
             )
-        notes.append(f"{_fit_note(name, reference, fit)}; both are taken out")
+        notes.append(f"{_fit_note(name, reference, fit)}; both are removed")
         for channel in channels:
             if channel.found[0].stream is moved.found[0].stream:
                 channel.time = fit.first(channel.time)
@@ -103,7 +103,9 @@ def unaligned_streams(channels: list[MappedChannel], mapping: ChannelMap) -> lis
             continue
         fit = fit_clocks(*_finite(reference), *_finite(other))
         if fit is not None and abs(fit.offset) > READING.clocks_apart * fit.offset_std:
-            notes.append(f'{_fit_note(name, reference.name, fit)}; `{name} = "{reference.name}"` in [align] does it')
+            notes.append(
+                f'{_fit_note(name, reference.name, fit)}; `{name} = "{reference.name}"` in [align] aligns them'
+            )
     return notes
 
 

@@ -86,7 +86,7 @@ def apply_physics(channels: dict[str, ProposedChannel], log: FlightLog | None, s
             if proposed.unit:
                 conversion(proposed.unit, CHANNELS[name].unit)
         except UnitProblem:
-            proposed.reasons.append(f"the file's unit {proposed.unit!r} is no unit of this channel")
+            proposed.reasons.append(f"the file's unit {proposed.unit!r} is not a unit of this channel")
             proposed.unit = ""
         if not proposed.unit and CHANNELS[name].unit == "1":
             proposed.unit = "1"

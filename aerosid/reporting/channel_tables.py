@@ -70,7 +70,7 @@ def print_streams(listing: Listing, path: str, console: Console) -> None:
     table = Table(title=f"{path} ({listing.format})", title_justify="left")
     for heading in ("stream", "stamps"):
         table.add_column(heading, overflow="fold")
-    for heading in ("samples", "rate [Hz]", "first [s]", "last [s]", "holes"):
+    for heading in ("samples", "rate [Hz]", "first [s]", "last [s]", "gaps"):
         table.add_column(heading, justify="right")
     for stream in listing.streams:
         named = ", ".join(f"{length:.3g} s at {at:.6g}" for at, length in stream.holes[:_HOLES_NAMED])

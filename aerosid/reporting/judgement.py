@@ -144,7 +144,7 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
             f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" if measured else row.channel
             for row in above
         ]
-        why = ": there is turbulence or recorder filtering, and the ratio to the noise is no measure of the model"
+        why = ": there is turbulence or recorder filtering, and the ratio to the noise does not measure the model"
         yield f"On {log} the error remains above the measurement noise in {listed(times)}{'' if measured else why}."
 
 

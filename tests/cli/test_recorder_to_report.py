@@ -88,7 +88,7 @@ def test_a_px4_log_by_a_map_that_a_person_corrected(
     page = (out / "report.html").read_text()
     for words_of_the_clocks in (
         "raster: 25 Hz, as set in the map",
-        "low-passed above 7.5 Hz and brought from 249.7 to 25 Hz",
+        "low-passed above 7.5 Hz and resampled from 249.7 to 25 Hz",
         "Hz: kept at the instants nearest its own samples, missing between",
         "h: interpolated between its own samples, of the same rate",
         "timestamp is later by 0.4 ms",

@@ -450,7 +450,7 @@ def test_c23_no_sample_lies_inside_a_hole(tmp_path: Path) -> None:
     assert [(part.time[0], part.time[-1]) for part in parts] == [(0.0, 9.98), (25.4, 39.98)]
     longest = read_log(tmp_path / "log.csv")
     assert longest.time[0] == 25.4
-    assert notes_contain(longest, "1 hole", "15.4 s after 9.98 s", "2 segments")
+    assert notes_contain(longest, "1 gap", "15.4 s after 9.98 s", "2 segments")
     assert read_log(tmp_path / "log.csv", start=2.0, stop=8.0).time[0] == 2.0
 
 

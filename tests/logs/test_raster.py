@@ -45,7 +45,7 @@ def jittered(kind: str, step: float, count: int, rng: np.random.Generator) -> np
     return np.sort(1.0 + step * np.arange(count) + off)
 
 
-def brought(folder: Path, kind: str, frequency: float, rng: np.random.Generator) -> FlightLog:
+def resampled(folder: Path, kind: str, frequency: float, rng: np.random.Generator) -> FlightLog:
     """A sine at 250 Hz resampled to the 50 Hz of an attitude."""
     fast, slow = jittered(kind, 0.004, 5000, rng), jittered(kind, 0.02, 1000, rng)
     channels = {"q": {"column": "gyro.x", "unit": "rad/s"}, "theta": {"column": "att.x", "unit": "rad"}}
@@ -58,20 +58,20 @@ def test_a_sine_keeps_amplitude_and_time_as_it_comes_down_in_rate(
     tmp_path: Path, rng: np.random.Generator, kind: str
 ) -> None:
     """3 Hz from jittered 250 Hz onto jittered 50 Hz: amplitude within .5 %, delay within 1 ms."""
-    log = brought(tmp_path, kind, 3.0, rng)
+    log = resampled(tmp_path, kind, 3.0, rng)
     turn = 2 * np.pi * 3.0 * log.time
     along, across = np.linalg.lstsq(np.column_stack([np.sin(turn), np.cos(turn)]), log["q"], rcond=None)[0]
     assert abs(np.hypot(along, across) - 1.0) < 0.005
     assert abs(np.arctan2(across, along)) / (2 * np.pi * 3.0) < 1e-3
     assert_allclose(log["theta"], np.cos(log.time), atol=1e-6)
     assert notes_contain(log, "raster: 50", "the stamps of theta")
-    assert notes_contain(log, "q: low-passed above 15 Hz and brought from 2", "delay of 0.18 s is taken out")
+    assert notes_contain(log, "q: low-passed above 15 Hz and resampled from 2", "delay of 0.18 s is compensated")
 
 
 @pytest.mark.parametrize("kind", JITTER)
 def test_what_would_alias_is_gone(tmp_path: Path, rng: np.random.Generator, kind: str) -> None:
     """40 Hz sampled at 50 Hz would alias to 10 Hz; near the ends, where the filter is cut off, some remains."""
-    log = brought(tmp_path, kind, 40.0, rng)
+    log = resampled(tmp_path, kind, 40.0, rng)
     inside = (log.time > 1.2) & (log.time < 20.8)
     assert np.abs(log["q"][inside]).max() < 0.01
     assert np.sqrt(np.mean(log["q"] ** 2)) < 0.02
@@ -79,7 +79,7 @@ def test_what_would_alias_is_gone(tmp_path: Path, rng: np.random.Generator, kind
     assert log.time[-1] > 20.95
 
 
-def test_a_table_is_brought_to_the_raster_of_its_map(tmp_path: Path, rng: np.random.Generator) -> None:
+def test_a_table_is_resampled_to_the_raster_of_its_map(tmp_path: Path, rng: np.random.Generator) -> None:
     """The same for one table: its switch is held, its sine low-passed."""
     time = jittered("uniform", 0.004, 5000, rng)
     rows = np.column_stack([time, np.sin(6 * np.pi * time) + np.sin(80 * np.pi * time), time > 10.0])
@@ -205,9 +205,9 @@ def aligned(folder: Path, rng: np.random.Generator, align: bool) -> FlightLog:
 def test_clocks_are_laid_over_each_other_if_asked(tmp_path: Path, rng: np.random.Generator) -> None:
     apart, together = aligned(tmp_path, rng, False), aligned(tmp_path, rng, True)
     note = next(note for note in together.notes if "is ahead of that of q by" in note)
-    assert "both are taken out" in note
+    assert "both are removed" in note
     left = next(note for note in apart.notes if "is ahead of that of q by" in note)
-    assert '`q_logger = "q"` in [align] does it' in left
+    assert '`q_logger = "q"` in [align] aligns them' in left
     words = note.replace("(", " ").split()
     offset, deviation = float(words[words.index("by") + 1]), float(words[words.index("+-") + 1])
     drift, drift_deviation = float(words[words.index("gains") + 1]), float(words[words.index("gains") + 3])
@@ -230,5 +230,5 @@ def test_an_alignment_of_unlike_signals_is_refused(tmp_path: Path, rng: np.rando
     still = write(tmp_path, stream("a", time, np.sin(time)), stream("b", time, np.ones(1200)))
     with pytest.raises(LogError, match="r and q do not contain the same signal"):
         read_log(still, {"schema": 1, "channels": channels, "align": {"r": "q"}})
-    with pytest.raises(ChannelMapError, match="names w, which is no channel of the map"):
+    with pytest.raises(ChannelMapError, match="names w, which is not a channel of the map"):
         read_log(path, {"schema": 1, "channels": channels, "align": {"w": "q"}})

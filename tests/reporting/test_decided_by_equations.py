@@ -44,7 +44,7 @@ def test_where_the_equations_decide_no_error_is_counted_in_units_of_the_noise(re
     assert "times the noise" in words(by_likelihood, "decision")
     by_equations = decided(result, errors=large)
     text = " ".join(open_points(by_equations))
-    assert "the ratio to the noise is no measure of the model" in text
+    assert "the ratio to the noise does not measure the model" in text
     assert "times)" not in text
     assert "per cent of the standard deviation of the channel" in words(by_equations, "residual")
     assert "times the noise" not in words(by_equations)

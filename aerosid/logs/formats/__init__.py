@@ -139,8 +139,8 @@ def _require_measurable(log: FlightLog) -> None:
             k = int(beyond[0])
             place = f"{values[k]:.3g} at {log.time[k]:g} s (sample {k + 1})"
             raise LogError(
-                f"{log.path}: channel {name} holds {place}, which is no sensor reading (at most {READING.largest:g}); "
-                "check its column and unit, or leave the field empty for a missing sample."
+                f"{log.path}: channel {name} holds {place}, which is not a sensor reading (at most "
+                f"{READING.largest:g}); check its column and unit, or leave the field empty for a missing sample."
             )
 
 

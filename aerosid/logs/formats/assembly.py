@@ -203,7 +203,7 @@ def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
     spans = [(a, b) for a, b in pairwise(starts) if b - a >= READING.fewest_samples]
     if not spans:
         raise LogError(
-            f"{path}: {cuts.shape[0]} holes in its stamps leave no stretch of {READING.fewest_samples} samples; record "
+            f"{path}: {cuts.shape[0]} gaps in its stamps leave no stretch of {READING.fewest_samples} samples; record "
             "without interruption."
         )
     log.notes += hole_notes([(low, high) for low, high in cuts.tolist()], len(spans), READING.fewest_samples)

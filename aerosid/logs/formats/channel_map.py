@@ -196,7 +196,7 @@ def load_channel_map(path: Path) -> ChannelMap:
         raise ChannelMapError(f"{path}: byte {error.start + 1} is not UTF-8; save the channel map as UTF-8.") from None
     except tomllib.TOMLDecodeError as error:
         reason = " ".join(str(error).split())[:120]
-        raise ChannelMapError(f"{path}: the channel map is no valid TOML ({reason}); correct that place.") from None
+        raise ChannelMapError(f"{path}: the channel map is not valid TOML ({reason}); correct that place.") from None
     except RecursionError:
         raise ChannelMapError(f"{path}: the channel map is nested too deeply; write it as the README shows.") from None
     if "schema" not in content:

@@ -53,7 +53,7 @@ def read_dataflash_text(data: bytes, path: str) -> Recording:
         for stream in _text_stream(formats[name], held, np.array(places[name]))
     ]
     counts = {name.decode("latin-1"): len(held) for name, held in lines.items()}
-    notes = [f"{unread} lines are no described message and not read"] if unread else []
+    notes = [f"{unread} lines are not messages of a declared type and are skipped"] if unread else []
     return finished_recording("dataflash_text", streams, counts, notes)
 
 

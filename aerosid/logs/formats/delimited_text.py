@@ -112,7 +112,7 @@ def _lines(data: bytes, path: str) -> list[str]:
     if not data.strip():
         raise LogError(f"{path}: the file is empty; record again or copy it again.")
     if b"\0" in data:
-        raise LogError(f"{path}: byte {data.index(0) + 1} is zero, so this is no text; name its format in a map.")
+        raise LogError(f"{path}: byte {data.index(0) + 1} is zero, so this is not text; name its format in a map.")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

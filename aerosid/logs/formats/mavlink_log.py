@@ -75,7 +75,7 @@ def read_tlog(data: bytes, path: str) -> Recording:
             streams.append(_stream(raw, found, mine, arrival, message, int(sender), vehicle))
     notes = []
     if skipped:
-        notes.append(f"{skipped} of {raw.size} bytes are no message and skipped")
+        notes.append(f"{skipped} of {raw.size} bytes do not belong to a message and are skipped")
     if over:
         notes.append(f"the file ends inside a message ({over} bytes over); the complete part is read")
     streams = boot_numbers(_on_own_clock(streams), clocks=tuple(_OWN))

@@ -29,7 +29,7 @@ def read_quantity(text: str, wanted: str) -> float:
     """
     matched = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if matched is None:
-        raise UnitProblem(f"is no number with a unit, but one such as `1.5 {wanted}` was expected")
+        raise UnitProblem(f"is not a number with a unit; one such as `1.5 {wanted}` was expected")
     value, unit = float(matched[1]), matched[2]
     if unit:
         factor, shift = conversion(unit, wanted)

@@ -53,7 +53,9 @@ def _target(path: Path) -> ET.Element:
             f"{path} cannot be read ({error.strerror}); give the XML file of a JSBSim aircraft with --into."
         ) from None
     except ET.ParseError as error:
-        raise UsageError(f"{path} is no XML ({error}); give the XML file of a JSBSim aircraft with --into.") from None
+        raise UsageError(
+            f"{path} is not valid XML ({error}); give the XML file of a JSBSim aircraft with --into."
+        ) from None
     if root.tag != "fdm_config":
         raise UsageError(
             f"{path} begins with <{root.tag}>, expected <fdm_config>; give the XML file of a JSBSim aircraft with "

@@ -131,6 +131,6 @@ def _said(rows: Sequence[LinearRow]) -> str:
         return ""
     return (
         f"{EXTRAPOLATED.strip()} Extrapolated: the longest identification record lasts {number(record, 3)} s, and "
-        f"these numbers of the {listed(list(names))} tell of a longer time. They follow from the derivatives and were "
-        "not watched in flight; their standard errors do not count what the model leaves out in slower motion."
+        f"these numbers of the {listed(list(names))} refer to a longer time. They follow from the derivatives and were "
+        "not observed in flight; their standard errors do not include the model's omissions in slower motion."
     )

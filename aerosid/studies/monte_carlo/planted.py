@@ -97,7 +97,7 @@ def parse_planted(text: str) -> Planted:
         raise UsageError(f"--effect {text!r} cannot be read; {_HOW}. Kinds: {', '.join(KINDS)}.")
     place = rest.strip()
     if KINDS[kind].place == "coefficient" and place not in COEFFICIENTS:
-        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is no coefficient; {_HOW}.")
+        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is not a coefficient; {_HOW}.")
     if KINDS[kind].place == "input" and not place.startswith("delta_"):
-        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is no control surface; {_HOW}.")
+        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is not a control surface; {_HOW}.")
     return Planted(kind, place, "", value, time)
