@@ -47,7 +47,7 @@ class AircraftErrorHistory:
     riccati : ndarray, shape (N, c, c)
         S of (22).
     cost : float
-        -2 ln L of the one-step predictions, but for a constant: what tells good weights from bad; NaN if not asked for.
+        -2 ln L of the one-step predictions, up to a constant: the criterion of the weights; NaN if not requested.
     """
 
     states: NDArray[np.float64]

@@ -180,7 +180,7 @@ def most_likely_weights(
     low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
     left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     cost_left, cost_right = cost(left), cost(right)
-    while high - low > 0.05:  # 12 % of the density: far finer than a record tells
+    while high - low > 0.05:  # 12 % of the density: far finer than a record can resolve
         if cost_left <= cost_right:
             high, right, cost_right = right, left, cost_left
             left = high - _GOLDEN * (high - low)

@@ -96,7 +96,7 @@ def fixed_interval_discrete(
     max_sweeps : int
         Linearisations at most.
     tolerance : float
-        The iteration stands where no state moves by more than this, in units of that state's spread over the record.
+        Convergence: no state moves by more than this, in units of that state's spread over the record.
 
     Returns
     -------

@@ -102,7 +102,7 @@ def sweep_discrete(record: DiscreteRecord, smoothed: Smoothed, work: StepWork) -
                 vector[i] += F[j, m, i] * costate[j, m]
         multiply(S[j], vector, correction)
         delta[j] += correction
-        # future: what the record from j + 1 on tells of the state there, measurement included.
+        # future: information of the record from j + 1 on about the state there, measurement included.
         future += C[j + 1]
         W_j = W[min(j, W.shape[0] - 1)]
         measurement_update(future, P[j + 1], correction, known, vector, work)

@@ -30,7 +30,7 @@ SCALE, AHEAD, BACK = 0, 1, 2
 """Layout: blocks that hold the step after `step_map`, in balanced units (state i in units of blocks[SCALE, 0, i]).
 
 AHEAD (n, 2n + K): Q | c_x | Phi - I, since the Phi of a short step is I to many digits; BACK (n, n + K):
--c_lambda | G. What meets in one product stands side by side, so that one loop serves all of it.
+-c_lambda | G. Factors of one product are stored side by side, so that one loop computes all of it.
 """
 
 AUGMENTED, LEFT, MIDDLE, SERIES = 3, 4, 5, 6

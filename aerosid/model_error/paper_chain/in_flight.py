@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 LATE = "late"
-"""What stands in place of a term where a control lags."""
+"""Name of a candidate that is the lag of a control instead of a term."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class InFlightSettings:
 
 @dataclass(frozen=True)
 class DerivativeNow:
-    """A derivative as it stands; NaN until it is determined."""
+    """The present estimate of a derivative; NaN until it is determined."""
 
     coefficient: str
     term: str
@@ -82,9 +82,9 @@ class DerivativeNow:
 
 @dataclass(frozen=True)
 class CandidateNow:
-    """A candidate as it stands: partial correlation with d(t), t-ratio, p-value among all candidates and frames.
+    """Statistics of a candidate so far: partial correlation with d(t), t-ratio, p-value over candidates and frames.
 
-    `reason`: why it is not named, for a person; empty where nobody asked.
+    `reason`: a sentence on why it is not identified; empty where it was not evaluated.
     """
 
     coefficient: str

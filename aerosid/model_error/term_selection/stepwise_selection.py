@@ -45,7 +45,7 @@ class Candidate:
     name : str
         As reported.
     equation : int
-        The state equation that it stands in, from 0.
+        Index of the state equation that contains it, from 0.
     function : callable
         function(x, u, t) -> float: what a coefficient of one adds to that equation's rate (discrete: to that state of
         the next sample).
@@ -150,7 +150,7 @@ def select_terms_continuous(
     Raises
     ------
     UsageError
-        Where shapes do not fit, there is no candidate, or one stands in an equation without model error.
+        Where shapes do not fit, there is no candidate, or one is in an equation without model error.
     EstimationError
         Where an estimate stops being finite.
     """
@@ -339,11 +339,11 @@ def _require(candidates: Sequence[Candidate], equations: NDArray[np.int64], stat
     for candidate in candidates:
         if not 0 <= candidate.equation < states:
             raise UsageError(
-                f"candidate {candidate.name!r} stands in equation {candidate.equation}, but the system has equations 0 "
+                f"candidate {candidate.name!r} is in equation {candidate.equation}, but the system has equations 0 "
                 f"to {states - 1}."
             )
         if candidate.equation not in equations:
             raise UsageError(
-                f"candidate {candidate.name!r} stands in equation {candidate.equation}, where Q2^-1 allows no model "
+                f"candidate {candidate.name!r} is in equation {candidate.equation}, where Q2^-1 allows no model "
                 "error; give a density above zero there."
             )

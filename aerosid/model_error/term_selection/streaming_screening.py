@@ -2,7 +2,7 @@
 
 Weighted least squares over several equations and sums of products at lags 0 .. L are all that the regression, every
 partial correlation and its deviation in coloured noise need. Nothing of the past is kept but L samples, no sample is
-looked at twice, and which columns are known may be said anew at every question. The estimates are not whitened: in
+looked at twice, and the set of known columns may differ at every evaluation. The estimates are not whitened: in
 flight the columns are formed on noisy states, and a whitening filter would leave little but that noise of them.
 """
 
@@ -30,7 +30,7 @@ class ScreeningSettings:
     lags : int
         L, samples for which noise may remember; tapered to zero there (Bartlett), so that no variance becomes negative.
     fewest : int
-        Samples beyond the columns before anything is said: deviations of shorter records are too small.
+        Samples beyond the number of columns before any evaluation: deviations of shorter records are too small.
     weightings : int
         Rounds in which each equation's weight is taken from its residual.
     least_independence : float
