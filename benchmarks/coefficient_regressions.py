@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.methods import IdentificationProblem
-from aerosid.model_error.coefficient_match import Corrected
-from aerosid.model_error.paper_chain import ChainSettings, feed
+from aerosid.model_error.paper_chain.chain import ChainSettings, feed
+from aerosid.model_error.paper_chain.coefficient_match import Corrected
 
 Array = NDArray[np.float64]
 Label = tuple[str, str, str]

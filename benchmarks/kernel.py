@@ -13,9 +13,13 @@ from numpy.typing import NDArray
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.model_error.aircraft_error import AircraftErrorHistory, estimate_aircraft_error, prepared_recursion
-from aerosid.model_error.aircraft_recursion import run
-from aerosid.model_error.paper_chain import ChainSettings, Fed, choose_error_density, feed
+from aerosid.model_error.aircraft_error.forward_estimate import (
+    AircraftErrorHistory,
+    estimate_aircraft_error,
+    prepared_recursion,
+)
+from aerosid.model_error.aircraft_error.recursion import run
+from aerosid.model_error.paper_chain.chain import ChainSettings, Fed, choose_error_density, feed
 from benchmarks.flights import light_transport, long_flight
 from benchmarks.plain_c import PlainC, PreparedRun, compile_recursion
 from benchmarks.sections import Section, Table

@@ -68,7 +68,7 @@ def measure() -> dict[str, float]:
     from aerosid.estimation.manoeuvre import initial_state, prepare
     from aerosid.flight_model.flight import simulate_outputs
     from aerosid.flight_model.terms import parse_term
-    from aerosid.model_error.aircraft_error import estimate_aircraft_error
+    from aerosid.model_error.aircraft_error.forward_estimate import estimate_aircraft_error
     from benchmarks.flights import light_transport, long_flight
 
     aircraft = light_transport()

@@ -29,10 +29,10 @@ from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_writing import native_csv
 from aerosid.loop.closed_loop import close_loop
-from aerosid.model_error.aircraft_error import estimate_aircraft_error
-from aerosid.model_error.continuous import estimate_continuous
-from aerosid.model_error.paper_chain import ChainSettings, feed
-from aerosid.model_error.weights import continuous_weights
+from aerosid.model_error.aircraft_error.forward_estimate import estimate_aircraft_error
+from aerosid.model_error.estimators.continuous import estimate_continuous
+from aerosid.model_error.estimators.weights import continuous_weights
+from aerosid.model_error.paper_chain.chain import ChainSettings, feed
 from benchmarks.flights import light_transport, long_flight
 
 INTERVAL = 0.01

@@ -38,8 +38,8 @@ from aerosid.logs.formats import read_log
 from aerosid.loop.identification import declared_with_candidates
 from aerosid.loop.methods import IdentificationProblem, run_method
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.paper_chain import ChainSettings
-from aerosid.model_error.swept_model import SweepSettings
+from aerosid.model_error.flight_sweeps.swept_model import SweepSettings
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.studies.cramer_rao import sensitivity
 from benchmarks.coefficient_regressions import Label, Values, sparse, stepwise

@@ -18,8 +18,8 @@ from aerosid.estimation.manoeuvre import initial_state
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, coupled_of
 from aerosid.flight_model.flight import Flight
-from aerosid.model_error.aircraft_error import initial_riccati
-from aerosid.model_error.measured_states import measured_states
+from aerosid.model_error.aircraft_error.forward_estimate import initial_riccati
+from aerosid.model_error.aircraft_error.measured_states import measured_states
 
 SOURCE = Path(__file__).with_name("recursion.c")
 FLAGS = ("-O3", "-std=c11")
@@ -43,7 +43,7 @@ class PlainC:
         Parameters
         ----------
         model, flight
-            As for `aerosid.model_error.aircraft_error.estimate_aircraft_error`.
+            As for `aerosid.model_error.aircraft_error.forward_estimate.estimate_aircraft_error`.
         variance : (4,) measurement variance of V, alpha, q, theta, SI squared.
         density : (4,) diagonal of Q2^-1.
         """

@@ -1,7 +1,7 @@
 /* The model-error recursion (21)-(26) of Parameswaran & Raol 1994 on the aircraft's equations (33)-(36), in plain C.
  *
- * The limit that the compiled Python is measured against: the algorithm of aerosid/aircraft_error.py (states, d and
- * Riccati matrix; no candidates, no likelihood) and of aerosid/model_error/invariant_embedding.py, with sizes known to
+ * The limit that the compiled Python is measured against: the algorithm of aerosid/model_error/aircraft_error/recursion.py (states, d and
+ * Riccati matrix; no candidates, no likelihood) and of aerosid/model_error/invariant_embedding/estimator_step.py, with sizes known to
  * the compiler and all work arrays on the stack. The aircraft is data here as well: a table of terms, interpreted.
  */
 #include <math.h>

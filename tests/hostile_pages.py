@@ -11,7 +11,7 @@ from problems_report import closed_loop
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.screening import ScreeningRow
+from aerosid.model_error.paper_chain.screening import ScreeningRow
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
 

@@ -18,9 +18,9 @@ from aerosid.loop.model_validation.predictions import AHEAD, ONE_STEP, OPEN_LOOP
 from aerosid.loop.quantity import Parameter
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.verdict import Verdict
-from aerosid.model_error.coefficient_match import CoefficientRow
-from aerosid.model_error.force_history import ErrorHistory
-from aerosid.model_error.screening import RegressorPicture, ScreeningRow
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory
+from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
+from aerosid.model_error.paper_chain.screening import RegressorPicture, ScreeningRow
 from aerosid.nomenclature import CHANNELS
 
 OUTPUTS = ("V", "alpha", "q", "theta", "a_x", "a_z", "h")

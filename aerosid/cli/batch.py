@@ -1,4 +1,4 @@
-"""Command `batch`: the loop closed on many logs."""
+"""Command `batch`: close-loop on many logs."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def channels_command(
         typer.Option("--format", metavar="NAME", help="Format name, as in `aerosid formats`.", show_default=False),
     ] = None,
 ) -> None:
-    """Lists the channels of a recording (unit, samples, rate, span, holes, range) and proposes a channel map."""
+    """Lists the channels of a recording (unit, samples, rate, span, gaps, range) and proposes a channel map."""
     from aerosid.errors import UsageError
     from aerosid.file_set import text, write_files
     from aerosid.logs.channel_listing import list_channels

@@ -1,4 +1,4 @@
-"""Command `check`: data quality of logs, with one closing sentence for each."""
+"""Command `check`: data quality of logs, with a verdict sentence for each."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def check_command(
 ) -> int:
     """Reports the quality of logs: sampling, gaps, spikes, noise, excitation, and data missing for close-loop.
 
-    With --quiet only the closing sentences.
+    With --quiet only the verdict sentences are printed.
     """
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import spans_between
@@ -54,7 +54,7 @@ def check_command(
     for span in spans_between(logs, start, stop):
         if span.path not in read_before and span.path.exists() and FORMATS[format_of(span.path)].several_clocks:
             streams = read_recording(span.path)
-            # Before the channels are read: what is in the file helps to map them.
+            # Before the channels are read: the listing helps to write a channel map.
             if not silent:
                 _print_streams(span.path, streams, output)
             read_before[span.path] = read_log(span.path, channels, across_holes=True, recording=streams)
@@ -70,7 +70,7 @@ def check_command(
 
 
 def _print_streams(path: Path, recording: Recording, output: Console) -> None:
-    """First and last time, rate and holes of each stream of a recording of several clocks."""
+    """First and last time, rate and gaps of each stream of a recording of several clocks."""
     from aerosid.logs.channel_listing import list_channels
     from aerosid.reporting.channel_tables import print_notes, print_streams
 
@@ -80,7 +80,7 @@ def _print_streams(path: Path, recording: Recording, output: Console) -> None:
 
 
 def _length(aircraft: Aircraft | None) -> float | None:
-    """Length of the aircraft, m, by its file or by its chord; None where there is no file."""
+    """Length of the aircraft, m, from its file or from its chord; None where there is no file."""
     from aerosid.effects.limits import OFFERED
 
     if aircraft is None:
@@ -89,7 +89,7 @@ def _length(aircraft: Aircraft | None) -> float | None:
 
 
 def _checked(log: FlightLog, output: Console | None, length: float | None) -> dict[str, object]:
-    """Quality of one log, printed where there is an output, and as JSON holds it."""
+    """Quality of one log: printed where a console is given, and returned as a JSON object."""
     from aerosid.compatibility import check_kinematics
     from aerosid.logs.quality import Problem, check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
@@ -103,8 +103,8 @@ def _checked(log: FlightLog, output: Console | None, length: float | None) -> di
 
     quality = check_log(log)
     whole = whole_flight_sentence(log)
-    # A flight holds many trims and configurations: one flight path through all of it is no check of the instruments.
-    # Angles in a wrong unit contradict all else: a search for instrument errors would take long, in vain.
+    # A whole flight passes several trim conditions and configurations: one flight path through it is no valid check.
+    # Angles in a wrong unit contradict every other channel; the search for instrument errors would be slow and futile.
     checkable = whole is None and all(finding.problem is not Problem.DEGREES for finding in quality.findings)
     agreement = check_kinematics([log], length=length) if checkable else None
     dynamic = "" if whole is not None else dynamic_sentence(find_manoeuvres(log))

@@ -17,7 +17,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
 from aerosid.manoeuvres import elevator_manoeuvres
 
-if TYPE_CHECKING:  # what the loop needs is imported when words and files have been found in order
+if TYPE_CHECKING:  # imported at run time once options and files are known to be valid
     from aerosid.aircraft import Aircraft
     from aerosid.loop.closed_loop import ResultCallback
     from aerosid.loop.provenance import Provenance
@@ -48,14 +48,14 @@ def loop_settings(
     Raises
     ------
     UsageError
-        Where a word is not one of the choices, not a number or no range.
+        Where an option's text is not one of its choices, not a number, or not a range.
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
     density = _density(error_density)
     from aerosid.loop.next_flight.flight_limits import read_limit
     from aerosid.loop.settings import LoopSettings
-    from aerosid.model_error.paper_chain import ChainSettings
+    from aerosid.model_error.paper_chain.chain import ChainSettings
 
     return LoopSettings(
         method=_method(method),
@@ -84,16 +84,16 @@ def provenance(words: Sequence[str], settings: LoopSettings, analyst: str, remar
     Parameters
     ----------
     words : sequence of str
-        Those after `aerosid`. Where files go is left out: the same inputs give the same bytes anywhere.
+        The arguments after `aerosid`. Output paths are omitted: the same inputs give the same bytes anywhere.
     settings : LoopSettings
         As the words set them.
     analyst, remarks : str
-        As given; empty where not.
+        As given on the command line; empty where not given.
 
     Raises
     ------
     UsageError
-        Where SOURCE_DATE_EPOCH is no whole number of seconds.
+        Where SOURCE_DATE_EPOCH is not a whole number of seconds.
     """
     from aerosid.loop.provenance import Provenance, unusual_settings
     from aerosid.loop.report_date import today
@@ -115,7 +115,7 @@ def _density(text: str | None) -> tuple[float, float, float, float] | None:
 
 @dataclass(frozen=True)
 class RoledLogs:
-    """Logs of one call by role: identification, validation (confirms and refutes), hold-out (predicted only)."""
+    """Logs of one call by role: identification, validation (confirms or refutes), hold-out (predicted only)."""
 
     identification: tuple[FlightLog, ...]
     validation: tuple[FlightLog, ...]
@@ -123,7 +123,7 @@ class RoledLogs:
 
     @property
     def every(self) -> tuple[FlightLog, ...]:
-        """The logs of all roles."""
+        """The logs of all roles, in this order."""
         return (*self.identification, *self.validation, *self.hold_out)
 
 
@@ -146,21 +146,21 @@ def read_roles(
     channels : Path, optional
         The channel map.
     start, stop : float, optional
-        s, the identification logs' own time; not beside spans.
+        s, in the time of the identification logs; not allowed together with spans.
     find : bool
-        Take the longitudinal manoeuvres that are found in each identification log in its place.
+        Replace each identification log by the longitudinal manoeuvres found in it.
 
     Raises
     ------
     UsageError
-        Where --from or --to stands beside a span.
+        Where --from or --to is combined with a span.
     LogError
-        Where a log cannot be used, or holds no manoeuvre to be found.
+        Where a log cannot be used, or no manoeuvre is found in it.
     """
     read_before: dict[Path, FlightLog] = {}
     roled: dict[str, list[FlightLog]] = {role: [] for role in ROLES}
-    asked = (spans_between(logs, start, stop), expand(validate), expand(hold_out))
-    for usual, spans in zip(ROLES, asked, strict=True):
+    given = (spans_between(logs, start, stop), expand(validate), expand(hold_out))
+    for usual, spans in zip(ROLES, given, strict=True):
         for span in spans:
             role = (usual == ROLES[0] and span.role) or usual
             log = read_span(span, channels, read_before, across_holes=find and role == ROLES[0])
@@ -174,12 +174,12 @@ def read_roles(
 
 
 def spans_between(words: Sequence[str], start: float | None, stop: float | None) -> tuple[Span, ...]:
-    """Log spans named on the command line, whole recordings cut to --from and --to where given.
+    """Log spans from the command line, whole recordings cut to --from and --to where given.
 
     Raises
     ------
     UsageError
-        Where --from or --to is no instant or stands beside a span, or a span or segment file is wrong.
+        Where --from or --to is not a time or is combined with a span, or a span or segment file is wrong.
     """
     for option, instant in (("--from", start), ("--to", stop)):
         if instant is not None and not math.isfinite(instant):
@@ -190,7 +190,7 @@ def spans_between(words: Sequence[str], start: float | None, stop: float | None)
     named = next((span for span in spans if not span.whole), None)
     if named is not None:
         raise UsageError(f"{named}: it names its span already; leave --from and --to away.")
-    # The log keeps its name, as long as its span is not part of what it is called on the command line.
+    # The log keeps its name, since its span is not part of the name given on the command line.
     return tuple(
         replace(span, start=start, stop=stop, name=span.name or Path(span.path.name.removesuffix(".gz")).stem)
         for span in spans
@@ -208,14 +208,14 @@ def with_progress(
 ) -> ClosedLoop:
     """Run the loop with a progress bar on standard error; silent with --quiet.
 
-    The bar names each kernel while it is compiled, under a line that explains the delay of a first use.
+    The bar shows each kernel while it is compiled, below a line that explains the delay at first use.
     """
     from aerosid.compiled.cores import available, on_cores
     from aerosid.compiled.kernel_cache import compilation_announced
     from aerosid.loop.closed_loop import close_loop
 
     shown = nullcontext(_nothing) if mode().quiet else stages()
-    with compilation_announced(_say_once()), on_cores(available()), shown as progress:
+    with compilation_announced(_announce_compilation()), on_cores(available()), shown as progress:
         return close_loop(
             identification, aircraft, validation, settings, progress, judged, hold_out=hold_out, provenance=provenance
         )
@@ -225,14 +225,14 @@ def _nothing(_stage: str) -> None:
     """Progress callback that displays nothing."""
 
 
-def _say_once() -> Callable[[str], None]:
+def _announce_compilation() -> Callable[[str], None]:
     """Callback that announces the first kernel compilation on an interactive terminal."""
-    said: list[str] = []
+    compiled: list[str] = []
 
     def say(kernel: str) -> None:
-        if not said and sys.stderr.isatty() and not mode().quiet:
+        if not compiled and sys.stderr.isatty() and not mode().quiet:
             sys.stderr.write(f"{_ONCE}\n")
             sys.stderr.flush()
-        said.append(kernel)
+        compiled.append(kernel)
 
     return say

@@ -1,4 +1,4 @@
-"""Command `cross-check`: the loop judged by flights of JSBSim."""
+"""Command `cross-check`: close-loop tested on flights simulated with JSBSim."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def export_command(
         typer.Option(
             "--folded-thrust",
             metavar="C_T",
-            help="jsbsim: thrust/(q_bar S) that C_X holds, to be taken out for an aircraft with engines.",
+            help="jsbsim: thrust/(q_bar S) included in C_X, subtracted for an aircraft with engines.",
             show_default=False,
         ),
     ] = None,
@@ -121,7 +121,7 @@ def export_command(
 
 
 def _pair(option: str, words: str | None, unit: str, example: str) -> tuple[float, float] | None:
-    """Two numbers, each in the unit of the option or with one of its own."""
+    """Two numbers, each in the unit of the option or with its own unit."""
     from aerosid.logs.formats.quantity import read_quantity
     from aerosid.logs.formats.units import UnitProblem
 
@@ -172,7 +172,7 @@ def _property(words: str) -> tuple[str, tuple[str, float]]:
 
 
 def _date(aircraft: Aircraft, words: str | None) -> str:
-    """The date asked for, else that of the model, else that of the file: the same file gives the same bytes."""
+    """The date given, else that of the model, else that of the file: the same file gives the same bytes."""
     from aerosid.aircraft import bundled_aircraft
 
     if words is not None:

@@ -31,7 +31,7 @@ def find_command(
         typer.Option("--kinds", metavar="KIND,...", help="Only these kinds, as in trim,phugoid.", show_default=False),
     ] = None,
     rejected: Annotated[
-        bool, typer.Option("--rejected", help="List also dynamic parts that are no manoeuvre.")
+        bool, typer.Option("--rejected", help="Also list dynamic parts that are not manoeuvres.")
     ] = False,
     out: Annotated[
         Optional[Path],

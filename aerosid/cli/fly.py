@@ -1,4 +1,4 @@
-"""Command `fly`: flights by JSBSim, with effects that the aircraft file does not mention."""
+"""Command `fly`: flights simulated with JSBSim, with effects that the aircraft file does not declare."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Command-line interface: parse, call, print, exit code. One verb is one short function that imports what it needs."""
+"""Command-line interface: parse, call, print, exit code. Each verb is a short function that imports what it needs."""
 
 from __future__ import annotations
 
@@ -44,9 +44,10 @@ app = typer.Typer(
 _DEBUG = "--debug"
 
 _CYCLES_SOUGHT_AFTER = 500_000
-"""Numerical: objects made beyond those released, after which Python looks for cycles among them. A run imports some two
-thousand modules and keeps what it makes; with Python's 700 the looking takes a tenth of its time. With this a short run
-ends before the first one, which takes a tenth of a second for each hundred thousand objects, nearly all of modules."""
+"""Numerical: allocations minus deallocations of objects after which Python's garbage collector looks for cycles. A run
+imports about two thousand modules and keeps what it creates; with Python's default of 700 the collector takes a tenth
+of its time. With this value a short run ends before the first collection (0.1 s per 100 000 objects, nearly all of
+modules)."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -55,22 +56,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        The words after `aerosid`; those of the process where absent.
+        The arguments after `aerosid`; those of the process where absent.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     debug = _DEBUG in words
-    # Matrices are small here. A second thread of a product has to wait where another process holds the core, which has
-    # made products of 20 us take 8 ms and a whole loop twice as long.
+    # Matrices are small here. A second BLAS thread has to wait where another process occupies the core, which has made
+    # products of 20 us take 8 ms and a whole loop twice as long.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_CYCLES_SOUGHT_AFTER)
-    # The interpreter's last search for cycles frees what the end of the process frees anyway.
+    # The final garbage collection frees only what the end of the process frees anyway.
     atexit.register(gc.freeze)
     try:
-        # Taken out here so that it may stand before or after the verb without every verb declaring it.
-        told = [word for word in words if word != _DEBUG]
-        # numpy reads this variable on import and says nothing of where a wrong one comes from.
+        # Removed here so that it is accepted before and after the verb without every verb declaring it.
+        arguments = [word for word in words if word != _DEBUG]
+        # numpy reads SOURCE_DATE_EPOCH on import and its error does not name the variable.
         today()
-        result = app(taken_out(told), standalone_mode=False, obj=told)
+        result = app(taken_out(arguments), standalone_mode=False, obj=arguments)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:
@@ -78,10 +79,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _failed("interrupted.", 130, debug)
     except BrokenPipeError:
-        # The reader of a JSON document has gone: nothing is left to say or flush.
+        # The reader of a JSON document has closed the pipe: nothing is left to write or flush.
         read_no_more()
         return 0
-    except Exception as error:  # noqa: BLE001  the user gets one sentence whatever happens
+    except Exception as error:  # noqa: BLE001  the user gets one sentence for every failure
         if hasattr(error, "format_message"):
             return _failed(f"{error.format_message().rstrip('.')}. See `{_verb_of(error)} --help`.", 2, debug)
         detail = " ".join(str(error).split())[:200] or type(error).__name__
@@ -96,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _verb_of(error: Exception) -> str:
-    """The command that was called wrongly, as it is typed."""
+    """The command that was called wrongly, as typed."""
     names: list[str] = []
     context = getattr(error, "ctx", None)
     while context is not None and context.parent is not None:

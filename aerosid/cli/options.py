@@ -1,4 +1,4 @@
-"""Options that several verbs of the command line share, and where their tables go."""
+"""Options shared by several verbs of the command line, and the consoles on which tables are printed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SchedulerOption = Annotated[
 
 
 def _writable_folder(directory: Path | None) -> Path | None:
-    """The folder, refused while the words are read where nothing can be written: before any log is opened."""
+    """The folder; refused during parsing where it cannot be written, before any log is opened."""
     from aerosid.file_set import require_writable
 
     if directory is not None:
@@ -50,7 +50,7 @@ def _writable_folder(directory: Path | None) -> Path | None:
 
 
 def _writable_file(file: Path | None) -> Path | None:
-    """The file, refused likewise where its folder cannot be written or where a folder stands in its place."""
+    """The file; refused during parsing where its folder cannot be written or a folder of this name exists."""
     from aerosid.file_set import require_writable_file
 
     if file is not None:
@@ -75,13 +75,13 @@ def out_file(help: str, metavar: str = "FILE") -> typer.models.OptionInfo:  # no
 
 
 def console() -> Console:
-    """Where tables go: the terminal's width, or wide enough for every table where the output is a file or a pipe."""
+    """A console of the terminal's width, or wide enough for every table where the output is a file or a pipe."""
     from rich.console import Console
 
     from aerosid.cli.output import mode, read_no_more
 
     class PipeConsole(Console):
-        """A console that goes on where its reader has gone, for the files; rich would end the process."""
+        """A console that ignores a closed pipe, so that the files are still written; rich would end the process."""
 
         def on_broken_pipe(self) -> None:
             read_no_more()

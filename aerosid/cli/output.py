@@ -1,4 +1,4 @@
-"""Output of a verb: tables for a person, one JSON document for a program (--json), or nothing (--quiet)."""
+"""Output of a verb: tables for a reader, one JSON document for a program (--json), or nothing (--quiet)."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ SCHEMA = 1
 
 WHERE_TO = "--out"
 ABOUT_THE_CALL = ("--strict", "--json", "--quiet", "--debug")
-"""Words that change the exit code or what is printed, and no number."""
+"""Options that change the exit code or what is printed, but no result."""
 
 
 @dataclass(frozen=True)
 class OutputMode:
-    """What the words of the command line ask for.
+    """Output options of a command line.
 
     Attributes
     ----------
     json : bool
-        One JSON document on standard output in place of tables.
+        Print one JSON document on standard output in place of tables.
     quiet : bool
-        Neither tables nor progress: files, errors and the exit code alone.
+        Print neither tables nor progress: only files, errors and the exit code.
     command : str
-        The command line as the report prints it.
+        The command line as printed in the report.
     """
 
     json: bool = False
@@ -38,7 +38,7 @@ class OutputMode:
 
     @property
     def silent(self) -> bool:
-        """Whether no table is printed."""
+        """Whether tables are suppressed."""
         return self.json or self.quiet
 
 
@@ -47,23 +47,23 @@ _MODE: ContextVar[OutputMode] = ContextVar("output", default=TO_A_PERSON)
 
 
 def mode() -> OutputMode:
-    """The mode of the present command."""
+    """The output mode of the current command."""
     return _MODE.get()
 
 
 def taken_out(words: Sequence[str]) -> list[str]:
-    """The words without --json and --quiet, wherever they stand before `--`; they become the mode of the command."""
+    """The arguments without --json and --quiet, wherever they occur before `--`; they set the mode of the command."""
     end = words.index("--") if "--" in words else len(words)
-    asked, rest = words[:end], words[end:]
-    found = OutputMode("--json" in asked, "--quiet" in asked, command_line(words))
+    options, rest = words[:end], words[end:]
+    found = OutputMode("--json" in options, "--quiet" in options, command_line(words))
     _MODE.set(found)
-    return [*(word for word in asked if word not in ("--json", "--quiet")), *rest]
+    return [*(word for word in options if word not in ("--json", "--quiet")), *rest]
 
 
 def command_line(words: Iterable[str]) -> str:
-    """The command as it was given, but for words that change no number: the same result is the same file everywhere.
+    """The command as given, without options that change no result: the same result gives the same file everywhere.
 
-    Absolute paths stand by their last part: a folder of one machine means nothing elsewhere.
+    Absolute paths are reduced to their last part: a folder of one machine means nothing elsewhere.
     """
     import shlex
 
@@ -78,14 +78,14 @@ def command_line(words: Iterable[str]) -> str:
 
 
 def read_no_more() -> None:
-    """Let the rest of standard output go nowhere: its reader has gone, as in `aerosid close-loop ... | head`."""
+    """Redirect the rest of standard output to null: the pipe was closed, as in `aerosid close-loop ... | head`."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
 
 
 def tell(document: Callable[[], Mapping[str, Any] | str]) -> None:
-    """Print a JSON document where one is asked for; NaN and infinite numbers become null."""
+    """Print a JSON document where --json is given; NaN and infinite numbers become null."""
     if not mode().json:
         return
     import json
@@ -96,7 +96,7 @@ def tell(document: Callable[[], Mapping[str, Any] | str]) -> None:
 
 
 def written(verb: str, files: Iterable[Path], document: Callable[[], Mapping[str, Any] | str] | None = None) -> None:
-    """Say which files were written: in words, or as the verb's document."""
+    """Print which files were written: in words, or as the verb's JSON document."""
     from aerosid.cli.options import console
 
     names = [str(file) for file in files]
@@ -105,14 +105,14 @@ def written(verb: str, files: Iterable[Path], document: Callable[[], Mapping[str
 
 
 def headed(verb: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """A document with its version, that of aerosid and the verb that it is of."""
+    """A document with its schema version, the version of aerosid, and the name of the verb."""
     from aerosid import __version__
 
     return {"schema": SCHEMA, "aerosid": __version__, "verb": verb, **content}
 
 
 def loudly() -> None:
-    """Forget the mode, for commands that follow in one process."""
+    """Reset the mode, for further commands in the same process."""
     _MODE.set(TO_A_PERSON)
 
 

@@ -1,4 +1,4 @@
-"""A progress bar with the remaining time on a terminal; a line now and then where stderr is a file or a pipe."""
+"""A progress bar with the remaining time on a terminal; occasional lines where stderr is a file or a pipe."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Tick = Callable[[int], None]
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[tuple[Announce, Tick]]:
-    """Two functions: one to be told how many items there are and how many are done, one how many more were finished."""
+    """Two functions: `announce(items, done)` sets the total and the items done, `tick(n)` adds n finished items."""
     if mode().quiet:
         yield lambda _all, _done: None, lambda _items: None
         return
@@ -40,7 +40,7 @@ def progress_bar(what: str) -> Iterator[tuple[Announce, Tick]]:
         TextColumn("remaining"),
         TimeRemainingColumn(),
     )
-    # A chunk of runs ends at once: the speed is that of the last minutes, not of the last chunk.
+    # Chunks of runs end all at once: the speed is averaged over minutes, not over the last chunk.
     with Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=300.0) as bar:
         task = bar.add_task(what, total=None)
 
@@ -51,24 +51,24 @@ def progress_bar(what: str) -> Iterator[tuple[Announce, Tick]]:
 
 
 LINES = 20
-"""Display: lines of a whole run at most."""
+"""Display: maximum number of lines of a whole run."""
 
 
 def _lines(what: str) -> tuple[Announce, Tick]:
-    """A line at the beginning and at each twentieth of the items, with the time that the rest takes at this speed."""
-    state = {"items": 0, "done": 0, "first": 0, "told": 0}
+    """A line at the beginning and at each twentieth of the items, with the remaining time at the present speed."""
+    state = {"items": 0, "done": 0, "first": 0, "printed": 0}
     begun = time.monotonic()
 
     def announce(items: int, done: int) -> None:
-        state.update(items=items, done=done, first=done, told=done)
+        state.update(items=items, done=done, first=done, printed=done)
         sys.stderr.write(f"aerosid: {what}, {done} of {items}\n")
         sys.stderr.flush()
 
     def tick(more: int) -> None:
         state["done"] += more
-        if state["done"] - state["told"] < max(1, state["items"] // LINES) and state["done"] < state["items"]:
+        if state["done"] - state["printed"] < max(1, state["items"] // LINES) and state["done"] < state["items"]:
             return
-        state["told"] = state["done"]
+        state["printed"] = state["done"]
         elapsed = time.monotonic() - begun
         left = elapsed * (state["items"] - state["done"]) / max(state["done"] - state["first"], 1)
         sys.stderr.write(

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 
 def in_unit(wanted: str) -> Callable[[str], float]:
-    """The parser of an option: a bare number is in the wanted unit, any other is converted to it.
+    """The parser of an option: a bare number is in the unit of the option, any other is converted to it.
 
     Raises
     ------
     typer.BadParameter
-        From the parser, where the words are no number with a unit of that dimension: exit code 2.
+        From the parser, where the text is not a number with a unit of that dimension: exit code 2.
     """
 
     def parsed(words: str | float) -> float:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from aerosid.model_error.in_flight import Frame
+    from aerosid.model_error.paper_chain.in_flight import Frame
 
 
 def replay_command(
@@ -65,7 +65,7 @@ def replay_command(
 
 
 def _watched(frames: Iterable[Frame], output: Console, speed: float) -> Iterator[Frame]:
-    """The frames, shown in a table that changes as they come where the output is a terminal."""
+    """The frames, shown in a table that is updated with each where the output is a terminal."""
     if not output.is_terminal:
         yield from frames
         return
@@ -82,7 +82,7 @@ def _watched(frames: Iterable[Frame], output: Console, speed: float) -> Iterator
 
 
 def replay_table(frame: Frame) -> Table:
-    """A frame: derivatives on the left, the strongest candidates on the right."""
+    """A frame as a table: derivatives on the left, the strongest candidates on the right."""
     from rich.table import Table
     from rich.text import Text
 

@@ -1,4 +1,4 @@
-"""Progress of a loop by its stages: a bar on a terminal, one line a stage where standard error is a file or a pipe."""
+"""Progress of a loop by its stages: a bar on a terminal, one line per stage where stderr is a file or a pipe."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ BEGUN: Mapping[str, tuple[float, float]] = {
     "estimating the model error d(t)": (0.57, 0.98),
     "designing the next flight": (0.66, 0.99),
 }
-"""Display: least and greatest share of the whole time that has passed where a stage begins: on the sample flight, a
+"""Display: least and greatest fraction of the total time elapsed at the beginning of a stage: on the sample flight, a
 flight of JSBSim, HFB-320, ATTAS, Twin Otter and three spans of the Citation by the default method, 10 to 120 s each,
-and on 20 s of the Citation by the likelihood, 519 s. The search takes by far the most of it where much is missing,
-so that only a range is honest. No method passes all stages; the last is the same."""
+and on 20 s of the Citation by the likelihood, 519 s. The search takes most of the time where much is missing, so that
+only a range can be given. No method passes all stages; the last one is the same for all."""
 
 LEAST_SHARE = 0.03
-"""Display: share, 1, of the whole time below which the elapsed time gives no estimate of the remaining time."""
+"""Display: fraction of the total time, 1, below which the elapsed time gives no estimate of the remaining time."""
 
 
 def remaining(stage: str, elapsed: float) -> tuple[float, float] | None:
-    """Least and greatest remaining time, s, where a stage begins after so many s; None where unknown."""
+    """Least and greatest remaining time, s, at the beginning of a stage after so many s; None where unknown."""
     low, high = BEGUN.get(stage, (0.0, 0.0))
     if low < LEAST_SHARE:
         return None
@@ -57,7 +57,7 @@ def stages(stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
     Parameters
     ----------
     stream : TextIO, optional
-        Where to; by default standard error.
+        Output stream; standard error by default.
     """
     stream = stream or sys.stderr
     begun = time.monotonic()

@@ -13,7 +13,7 @@ from aerosid.cli.quantity_option import in_unit
 
 
 def _option(*names: str, help: str, metavar: str | None = None, unit: str = "") -> typer.models.OptionInfo:  # noqa: A002
-    """An option without a default of its own: a preset, then the plan gives it."""
+    """An option whose default is that of the preset or of the plan."""
     info: typer.models.OptionInfo = typer.Option(
         *names,
         help=help,

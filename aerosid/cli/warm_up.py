@@ -1,4 +1,4 @@
-"""Command `warm-up`: kernels compiled before they are needed."""
+"""Command `warm-up`: kernels compiled in advance."""
 
 from __future__ import annotations
 

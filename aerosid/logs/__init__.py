@@ -1,1 +1,1 @@
-"""A recorded flight: read from any format, in SI, on one time base, and judged."""
+"""A recorded flight: read from any format, in SI units, on one time base, with a check of its quality."""

@@ -1,4 +1,4 @@
-"""Contents of a recording: each channel's unit, samples, rate, span, holes and range, and faults of the stamps."""
+"""Contents of a recording: each channel's unit, samples, rate, span, gaps and range, and faults of the time stamps."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ _SPARKS = 24
 """Display: characters of a sparkline."""
 
 _NAMED = 4
-"""Display: streams in one sentence."""
+"""Display: streams named in one sentence."""
 
 _LARGEST = 1e150
-"""Numerical: numbers beyond, in any unit, are left out of ranges: their squares leave the range of doubles."""
+"""Numerical: larger numbers, in any unit, are left out of ranges: their squares exceed the range of doubles."""
 
 
 @dataclass(frozen=True)
 class ListedStream:
-    """What one stream's stamps say.
+    """The time stamps of one stream.
 
     Attributes
     ----------
     label : str
-        Its name, with the instance.
+        The stream's name, with its instance.
     clock : str
-        The stamps used; empty where it has none.
+        Name of the clock used; empty where there is none.
     samples : int
         Number of samples.
     rate : float or None
-        Over the median step, Hz.
+        From the median step, Hz.
     first, last : float or None
         s, on the listing's clock.
     holes : tuple of (float, float)
-        Start and length, s, of each.
+        Start and length, s, of each gap.
     problem : str
-        Why it has no usable clock; empty where it has.
+        Why the stream has no usable clock; empty where it has one.
     """
 
     label: str
@@ -57,24 +57,24 @@ class ListedStream:
 
 @dataclass(frozen=True)
 class ListedChannel:
-    """What one column holds.
+    """One column of a recording.
 
     Attributes
     ----------
     name : str
-        As a channel map names it.
+        As written in a channel map.
     unit : str
-        The file's; empty where it gives none.
+        As written in the file; empty where the file gives none.
     stream : str
         The label of the stream that holds it.
     samples, missing : int
-        Number of samples, and of those without a number.
+        Number of samples, and number of missing samples.
     minimum, maximum, mean : float or None
-        As recorded; None without a number.
+        As recorded; None where no sample is a number.
     repeats : float
-        Share of samples equal to the one before: a held value is not a measurement.
+        Fraction of samples equal to the preceding one: a held value is not a measurement.
     sparkline : str
-        Its course, block characters.
+        Time history in block characters.
     """
 
     name: str
@@ -91,7 +91,7 @@ class ListedChannel:
 
 @dataclass(frozen=True)
 class Listing:
-    """What is in a recording.
+    """Contents of a recording.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Listing:
     channels : tuple of ListedChannel
         In the file's order.
     notes : tuple of str
-        What is lost, odd or refused, one sentence each.
+        Lost data, irregularities and refused data, one sentence each.
     origin : int
         Zero of the listed times, s on the recorder's clock.
     """
@@ -114,7 +114,7 @@ class Listing:
     origin: int
 
     def as_json(self) -> dict[str, Any]:
-        """The listing as JSON holds it: finite numbers, None where there is none."""
+        """The listing as a JSON object: finite numbers, None where a number is unknown."""
         content: dict[str, Any] = {"schema": 1, **asdict(self)}
         stamps = {stream.label: stream for stream in self.streams}
         for channel in content["channels"]:
@@ -125,20 +125,20 @@ class Listing:
 
 
 def list_channels(recording: Recording, settings: StampSettings = DEFAULTS, *, with_columns: bool = True) -> Listing:
-    """What a recording holds, and what is wrong with its stamps.
+    """The streams and columns of a recording, with the faults of its time stamps.
 
     Parameters
     ----------
     recording : Recording
         As the recorder made it.
     settings : StampSettings
-        What counts as a hole or a stray.
+        Limits of gaps and stray stamps.
     with_columns : bool
-        Whether every column is read and listed, or the streams' stamps alone.
+        Whether all columns are read and listed, or only the streams' time stamps.
     """
     clocks = {id(stream): stream.clock() for stream in recording.streams}
     usable = [clock for clock in clocks.values() if clock is not None and unusable(clock) is None]
-    # A ground station's messages may be stamped with the date, the aircraft's with the time since its start.
+    # A ground station may stamp its messages with the date and the aircraft with the time since its start.
     dated = [clock for clock in usable if _dated(clock)]
     counts = [sum(clock.ticks.size for clock in part) for part in (usable, dated)]
     elsewhere = {id(clock) for clock in dated} if 2 * counts[1] <= counts[0] else set()
@@ -181,7 +181,7 @@ def _dated(clock: Clock) -> bool:
 
 
 def _origin(dated: list[Clock]) -> int:
-    """A whole second before the first stamp that counts from 1970; 0 without any."""
+    """A whole second before the first stamp that counts from 1970; 0 where there is none."""
     early = [clock.ticks.astype(np.float64) * clock.tick for clock in dated]
     first = min((float(np.min(moments[moments > READING.dated])) for moments in early), default=0.0)
     return int(first)
@@ -207,7 +207,7 @@ def _listed_stream(stream: Stream, clock: Clock | None, origin: int, settings: S
 
 def _listed_channel(stream: Stream, name: str, unit: str | None, recorded: AnyArray) -> ListedChannel:
     values = recorded.astype(np.float64)
-    # Beyond, a sum overflows: such numbers are damage.
+    # Larger numbers make a sum overflow: they are damaged data.
     values[~(np.abs(values) < _LARGEST)] = np.nan
     present = values[np.isfinite(values)]
     repeats = float(np.mean(present[1:] == present[:-1])) if present.size > 1 else 0.0
@@ -225,12 +225,12 @@ def _listed_channel(stream: Stream, name: str, unit: str | None, recorded: AnyAr
 
 
 def _extremes(held: FloatArray) -> tuple[float | None, float | None, float | None]:
-    """Least, greatest and mean value; None of nothing."""
+    """Least, greatest and mean value; None for an empty array."""
     return (float(held.min()), float(held.max()), float(held.mean())) if held.size else (None, None, None)
 
 
 def sparkline(values: FloatArray, width: int = _SPARKS) -> str:
-    """The course of a channel in block characters, each the mean of a stretch; blank where nothing was measured.
+    """The time history of a channel in block characters, each the mean of a stretch; blank without measurements.
 
     Parameters
     ----------
@@ -283,19 +283,19 @@ def _span_notes(
 
 
 def _common_span(streams: list[ListedStream], span: Span) -> tuple[float, float]:
-    """From the first to the last sample of streams with many samples, strays aside."""
+    """From the first to the last sample of streams with many samples, without stray stamps."""
     starts = [s.first for s in streams if s.first is not None and s.first >= span.start]
     stops = [s.last for s in streams if s.last is not None and s.last <= span.stop]
     return (min(starts), max(stops)) if starts and stops else (span.start, span.stop)
 
 
 def _begun(stream: Stream) -> list[int]:
-    """Samples, from 1, at which the recorder began anew; a message may have come in one of its runs only."""
+    """Sample numbers, from 1, at which the recorder restarted; a message may occur in one of its runs only."""
     return [] if stream.boots is None else (np.flatnonzero(np.diff(stream.boots)) + 2).tolist()
 
 
 def _restart_notes(recording: Recording) -> list[str]:
-    """One sentence on the starts of the recorder within the file."""
+    """One sentence on the restarts of the recorder within the file."""
     begun = {stream.label or "the table": at for stream in recording.streams if (at := _begun(stream))}
     if not begun:
         return []

@@ -1,4 +1,4 @@
-"""Measurement noise of a channel: as declared, or estimated, or why it cannot be estimated."""
+"""Measurement noise of a channel: as declared, or estimated, or the reason why it cannot be estimated."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class ChannelNoise:
     declared : bool
         Whether the channel map or the aircraft file gives it.
     doubt : str
-        Why the estimate is not to be believed: 'filtered', 'interpolated', 'repeated' or 'quantised' in a sentence's
-        end; empty where it is.
+        Why the estimate is not reliable: 'filtered', 'interpolated', 'repeated' or 'quantised', as the end of a
+        sentence; empty where it is reliable.
     """
 
     deviation: float
@@ -39,8 +39,8 @@ def channel_noise(log: FlightLog, name: str) -> ChannelNoise:
     Parameters
     ----------
     log : FlightLog
-        Its declared noise and resolution win over what is estimated; a resolution is a noise of at least its
-        twelfth part's root.
+        Its declared noise and resolution take precedence over the estimate; a resolution r implies a noise of at
+        least r / sqrt(12).
     name : str
         The channel.
     """
@@ -54,7 +54,7 @@ def channel_noise(log: FlightLog, name: str) -> ChannelNoise:
 
 
 def with_declared_noise(log: FlightLog, noise: Mapping[str, float], resolution: Mapping[str, float]) -> FlightLog:
-    """The log with an aircraft file's noise and resolution for the channels whose own map gives none."""
+    """The log with the aircraft file's noise and resolution for channels without one in their own channel map."""
     if not noise and not resolution:
         return log
     deviations = {name: value for name, value in noise.items() if name in log}

@@ -1,4 +1,4 @@
-"""Times as clocks write them: `HH:MM:SS(.sss)`, `DDD:HH:MM:SS(.sss)`, dates, midnight passed."""
+"""Clock times as text: `HH:MM:SS(.sss)`, `DDD:HH:MM:SS(.sss)`, dates, and the day change at midnight."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from aerosid.logs.recording import IntArray
 _CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d{1,6}))?\s*")
 _DATES = (re.compile(r"\s*(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})\s*"), re.compile(r"\s*(\d{1,2})\.(\d{1,2})\.(\d{4})\s*"))
 _DAY = 86_400_000_000
-"""Standard: us of a day."""
+"""Standard: us in a day."""
 
 _HALF_DAY = _DAY // 2
 
 
 def looks_like_clock(word: str) -> bool:
-    """Whether a field is a time of a clock."""
+    """Whether a field is a clock time."""
     return _CLOCK.fullmatch(word) is not None
 
 
 def looks_like_date(word: str) -> bool:
-    """Whether a field is a date with its year."""
+    """Whether a field is a date including the year."""
     return any(form.fullmatch(word) for form in _DATES)
 
 
 def microseconds_of_clock(words: Sequence[str], dates: Sequence[str] | None = None) -> IntArray | None:
-    """Stamps, us, of words such as `23:59:59.9` or `237:23:59:59.9` (day of the year first); None if one is none.
+    """Stamps, us, of texts such as `23:59:59.9` or `237:23:59:59.9` (day of the year first); None if one is invalid.
 
     Parameters
     ----------
     words : sequence of str, length N
-        One clock time a sample.
+        One clock time for each sample.
     dates : sequence of str, length N, optional
-        The date of each; stamps then count since 1970 and otherwise from the clock's own zero.
+        The date of each sample; stamps then count since 1970, otherwise from the clock's own zero.
 
     Notes
     -----
-    Without dates and days a step back by more than half a day is midnight, and the day after it begins.
+    Without dates and days a step back by more than half a day is taken for midnight, and the next day begins.
     """
     stamps = np.empty(len(words), dtype=np.int64)
     days_given = False
@@ -61,7 +61,7 @@ def microseconds_of_clock(words: Sequence[str], dates: Sequence[str] | None = No
 
 
 def _days(dates: Sequence[str]) -> IntArray | None:
-    """Us since 1970 of each date; each different word is read once."""
+    """Us since 1970 of each date; each distinct text is parsed once."""
     known: dict[str, int] = {}
     for word in dict.fromkeys(dates):
         found = _date(word)

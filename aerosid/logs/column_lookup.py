@@ -1,4 +1,4 @@
-"""Columns of a recording by the names that people give them: `topic.field`, `TYPE[1].Field`, a whole header."""
+"""Columns of a recording by name: `topic.field`, `TYPE[1].Field`, or a whole header."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from aerosid.logs.recording import Column, Recording, Stream
 
 _SEPARATORS = (".", "/")
 _NAMED = 12
-"""Display: names of what is there, in a message."""
+"""Display: names of available columns in a message."""
 
 
 class LookupProblem(ValueError):
-    """A column that is not there, or is there more than once; the message is a clause."""
+    """A column that does not exist, or is ambiguous; the message is a clause."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A column, where it is.
+    """A column and its location.
 
     Attributes
     ----------
     stream : Stream
-        That holds it.
+        The stream that contains it.
     name : str
-        Its name there.
+        Its name in that stream.
     others : tuple of str
-        Labels of further instances of the stream that hold it too and were not asked for.
+        Labels of further instances of the stream that also contain it and were not selected.
     """
 
     stream: Stream
@@ -37,30 +37,30 @@ class Found:
 
     @property
     def label(self) -> str:
-        """The column's name with its stream's."""
+        """The name of the column, preceded by that of its stream."""
         return f"{self.stream.label}.{self.name}" if self.stream.label else self.name
 
     @property
     def column(self) -> Column:
-        """What it holds."""
+        """The values of the column."""
         return self.stream.columns[self.name]
 
 
 def find_column(recording: Recording, wanted: int | str) -> Found:
-    """The column that a name or number means.
+    """The column with the given name or number.
 
     Parameters
     ----------
     recording : Recording
-        Where to look.
+        The recording to search.
     wanted : int or str
         A number from 1 where the recording is one table; or a column's name, with its stream's name (`ATT.Pitch`) and,
-        of several senders, the instance (`XKF1[1].Pitch`). Without an instance the lowest is taken.
+        several senders, the instance (`XKF1[1].Pitch`). Without an instance the lowest is used.
 
     Raises
     ------
     LookupProblem
-        If there is none, or several and nothing tells which.
+        If there is no such column, or several match.
     """
     if isinstance(wanted, int):
         return _by_number(recording, wanted)
@@ -83,7 +83,7 @@ def find_column(recording: Recording, wanted: int | str) -> Found:
 def _by_number(recording: Recording, number: int) -> Found:
     if len(recording.streams) > 1:
         raise LookupProblem(
-            f"is mapped to column {number}, but the recording is no single table; give the column's name"
+            f"is mapped to column {number}, but the recording is not a single table; give the column's name"
         )
     (stream,) = recording.streams
     if number > len(stream.columns):
@@ -128,7 +128,7 @@ def _bare(recording: Recording, wanted: str) -> Iterator[Found]:
 
 
 def _not_there(recording: Recording, wanted: str) -> str:
-    """What is there instead: the stream's instances or columns where its name is right, else the streams."""
+    """The alternatives: the stream's instances or columns where its name is right, else the streams."""
     streams = [s for s in recording.streams if s.name and wanted.startswith((f"{s.name}.", f"{s.name}[", f"{s.name}/"))]
     if streams:
         field = next((wanted.split(mark, 1)[1] for mark in ("].", "]/") if mark in wanted), None)

@@ -15,18 +15,18 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Law:
-    """How a channel follows from others.
+    """The law by which a channel is computed from others.
 
     Attributes
     ----------
     compute : callable
-        From one array a quantity, shape (N,), and the numbers of `constants`, to the channel.
+        From one array per quantity, shape (N,), and the numbers of `constants`, to the channel.
     inputs : tuple of (str, str)
-        Name and unit of each quantity; the names are what it is looked for under where the map says nothing.
+        Name and unit of each quantity; the channel map may give another source for a name.
     unit : str
         Of the result.
     constants : tuple of (str, str)
-        Names and units of numbers that the map gives beside it.
+        Names and units of constants that the channel map has to give.
     """
 
     compute: Callable[..., FloatArray]
@@ -42,7 +42,8 @@ def alpha_at_centre_of_gravity(
 
     Notes
     -----
-    The vane moves by omega cross r: w_vane = w + p y - q x and u_vane = u + q z (yaw rate's small part left out),
+    The vane moves by omega cross r: w_vane = w + p y - q x and u_vane = u + q z (the small term of the
+    yaw rate is neglected),
     V. Klein and E. A. Morelli, Aircraft System Identification, eq. (10.9).
     """
     u = airspeed * np.cos(alpha) - q * z
@@ -99,4 +100,4 @@ LAWS: dict[str, Law] = {
     "bank of a quaternion": Law(bank_of_quaternion, _QUATERNION, "rad"),
     "heading of a quaternion": Law(heading_of_quaternion, _QUATERNION, "rad"),
 }
-"""Every law by the name that a channel map gives it."""
+"""Every law, by its name in a channel map."""

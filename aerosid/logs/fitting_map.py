@@ -1,4 +1,4 @@
-"""Selection of a ready channel map: the one most of whose columns a recording holds."""
+"""Selection of a ready channel map: the one with the most columns present in a recording."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _TEXT = ("text", "ascii", "csv")  # readings of one kind of file, which a map fo
 
 
 def fitting_ready_map(recording: Recording) -> str | None:
-    """The name of the ready map of a recording's format, or of the one that finds most channels in it.
+    """The name of the ready map of a recording's format, or of the one that finds the most channels in it.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def fitting_ready_map(recording: Recording) -> str | None:
     Returns
     -------
     str or None
-        As `channels` takes it; None where no map finds `READING.fewest_mapped` channels.
+        A value for `channels`; None where no map finds `READING.fewest_mapped` channels.
     """
     form = FORMATS.get(recording.format)
     if form is not None and form.ready_map is not None:
@@ -38,7 +38,7 @@ def _format(name: str) -> str | None:
 
 
 def found_in(recording: Recording, name: str) -> dict[str, tuple[ChannelColumnMap, list[Found]]]:
-    """What a ready map finds in a recording: by channel the first alternative that is there, and its columns.
+    """Channels of a ready map present in a recording: for each the first alternative that exists, and its columns.
 
     Parameters
     ----------

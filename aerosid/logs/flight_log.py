@@ -1,4 +1,4 @@
-"""The flight log: channels in SI on one time base, with the source of each."""
+"""The flight log: channels in SI units on one time base, with the source of each."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ Position = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class ChannelSource:
-    """Where a channel came from, and what was done to it on reading: value = sign * scale * x + offset.
+    """The source of a channel and its conversion on reading: value = sign * scale * x + offset.
 
     Attributes
     ----------
     columns : tuple of str
-        The columns as named, or numbered from 1, in the file; several are summed. For a derived channel, its parents.
+        The columns in the file, by name or by number from 1; several are summed. For a derived channel, its parents.
     unit : str
-        The unit the file's numbers were read with.
+        The unit of the numbers in the file.
     sign, scale : float
-        Factors applied to the file's numbers.
+        Factors applied to the numbers of the file.
     offset : float
         Added after the factors, in `unit`.
     delay : float
-        How late the recording was taken to be and by how much it was moved earlier, s.
+        Delay of the recording, s, by which the channel was shifted to earlier times.
     """
 
     columns: tuple[str, ...]
@@ -45,24 +45,24 @@ class ChannelSource:
 
 @dataclass(frozen=True, repr=False)
 class FlightLog:
-    """One manoeuvre log: channels in SI and radians on one strictly increasing time base.
+    """One manoeuvre log: channels in SI units and radians on one strictly increasing time base.
 
     Attributes
     ----------
     name : str
         The file's name without its suffix.
     time : ndarray, shape (N,)
-        Time, s, strictly increasing; not necessarily regular.
+        Time, s, strictly increasing; not necessarily uniform.
     channels : mapping of str to ndarray, shape (N,)
         Values in `units`; NaN marks a missing sample. All arrays are read-only.
     units : mapping of str to str
-        The unit a channel is held in: the glossary's, or the file's own for a channel that the glossary does not know.
+        The unit of each channel: the glossary's, or the file's for a channel that is not in the glossary.
     sources : mapping of str to ChannelSource
-        What was read for each channel, for the report's table.
+        Source of each channel, for the report's table.
     positions : mapping of str to (float, float, float)
-        Sensor positions from the centre of gravity, m, body axes; only where they were given.
+        Sensor positions from the centre of gravity, m, body axes; only where given.
     notes : tuple of str
-        Everything that was done to the data on reading, one sentence each.
+        Every conversion of the data on reading, one sentence each.
     path : str
         The file as the user named it.
     sha256 : str
@@ -70,16 +70,16 @@ class FlightLog:
     noise : mapping of str to float
         Standard deviation of a channel's noise in `units`, where the channel map or the aircraft file gives it.
     resolution : mapping of str to float
-        Its resolution, likewise.
+        Resolution of a channel in `units`, from the same source.
     channel_map, channel_map_sha256 : str
-        The channel map that the file was read with, and SHA-256 of its bytes; empty where none was needed.
+        The channel map with which the file was read, and the SHA-256 of its bytes; empty where none was needed.
     holes : tuple of (float, float)
-        Last time before and first after each hole that cuts the record, s.
+        Last time before and first time after each gap that divides the record, s.
 
     Raises
     ------
     LogError
-        If the shapes differ, the time base has fewer than two samples, is not finite or does not strictly increase.
+        If the shapes differ, or the time base has fewer than two samples, is not finite or not strictly increasing.
     """
 
     name: str
@@ -125,7 +125,7 @@ class FlightLog:
         object.__setattr__(self, "resolution", MappingProxyType(dict(self.resolution)))
 
     def __reduce__(self) -> tuple[type[FlightLog], tuple[object, ...]]:
-        """The parts for a worker process: a mapping that cannot be written cannot be sent either."""
+        """The parts for a worker process: a read-only mapping cannot be pickled."""
         mappings = (dict(mapping) for mapping in (self.channels, self.units, self.sources, self.positions))
         known = (dict(self.noise), dict(self.resolution), self.channel_map, self.channel_map_sha256, self.holes)
         return FlightLog, (self.name, self.time, *mappings, self.notes, self.path, self.sha256, *known)
@@ -139,7 +139,7 @@ class FlightLog:
         return name in self.channels
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Channel `name`, shape (N,), in `units[name]`; LogError where the log does not hold it."""
+        """Channel `name`, shape (N,), in `units[name]`; LogError where the log does not contain it."""
         try:
             return self.channels[name]
         except KeyError:
@@ -150,7 +150,7 @@ class FlightLog:
             ) from None
 
     def __repr__(self) -> str:
-        """One line, however long the log: name, samples, span and channels."""
+        """One line for a log of any length: name, samples, span and channels."""
         span = f"{self.time[0]:g} ... {self.time[-1]:g} s"
         return f"<FlightLog {self.name}: {self.samples} samples, {span}, {', '.join(self.channels) or 'no channel'}>"
 
@@ -165,7 +165,7 @@ class FlightLog:
         return float(np.median(np.diff(self.time)))
 
     def between(self, start: float | None, stop: float | None) -> FlightLog:
-        """The samples with start <= time <= stop (s, the log's own time; None: open), as a new log.
+        """The samples with start <= time <= stop (s, the log's own time; None: no limit), as a new log.
 
         Raises
         ------
@@ -174,7 +174,7 @@ class FlightLog:
         """
         low = -np.inf if start is None else start
         high = np.inf if stop is None else stop
-        # Times are often printed decimals: half a nanosecond of slack keeps the sample that the user names.
+        # Times are often printed decimals: a tolerance of half a nanosecond keeps the sample that the user specifies.
         keep = (self.time >= low - 5e-10) & (self.time <= high + 5e-10)
         count = int(np.count_nonzero(keep))
         if count < 2:
@@ -198,7 +198,7 @@ class FlightLog:
 
 
 def stretches(log: FlightLog) -> tuple[FlightLog, ...]:
-    """The stretches of a log between its holes, in order of time; the log itself where it has none.
+    """The stretches of a log between its gaps, in order of time; the log itself where it has none.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def stretches(log: FlightLog) -> tuple[FlightLog, ...]:
 
 
 def longest_stretch(log: FlightLog) -> FlightLog:
-    """The longest stretch of a log without a hole, with a note on the others; the log itself where it has no hole.
+    """The longest stretch of a log without a gap, with a note on the others; the log itself where it has no gap.
 
     Parameters
     ----------
@@ -230,15 +230,15 @@ def longest_stretch(log: FlightLog) -> FlightLog:
     others = ", ".join(f"{part.time[0]:.6g} to {part.time[-1]:.6g} s" for part in parts if part is not longest)
     note = (
         f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(parts)} stretches without "
-        f"a hole; the others: {others}; choose one by its span"
+        f"a gap; the others: {others}; choose one by its span"
     )
     return replace(longest, notes=(*longest.notes, note))
 
 
 def with_fuel_used(log: FlightLog) -> FlightLog:
-    """The log with `fuel_used` [kg] integrated from `fuel_flow` [kg/s] since its beginning, where only that is held.
+    """The log with `fuel_used` [kg] integrated from `fuel_flow` [kg/s], where only the latter was recorded.
 
-    Done on reading, before anything is cut, so that a manoeuvre an hour into the flight knows what was burnt before.
+    Done on reading, before any cut, so that a manoeuvre late in the flight includes the fuel used before it.
     """
     if "fuel_flow" not in log or "fuel_used" in log:
         return log
@@ -256,7 +256,7 @@ def with_fuel_used(log: FlightLog) -> FlightLog:
 
 
 def _frozen(values: ArrayLike) -> FloatArray:
-    """A read-only float64 array; copied unless it is one already, so that the caller's array stays writable."""
+    """A read-only float64 array; copied unless it is read-only already, so that the caller's array stays writable."""
     array = np.asarray(values, dtype=np.float64)
     if array.flags.writeable:
         array = array.copy()

@@ -1,4 +1,4 @@
-"""GPS time to UTC: weeks and seconds since 1980-01-06 less the leap seconds of that date."""
+"""GPS time to UTC: weeks and seconds since 1980-01-06 minus the leap seconds at that date."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from datetime import UTC, date, datetime, timedelta
 
 _EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
 _WEEK = 604_800
-"""Standard: s of a week."""
+"""Standard: s in a week."""
 
 # First day of each offset GPS - UTC of 1, 2, ... s: IERS Bulletin C. No leap second has been announced since.
 LEAP_SECONDS_FROM = (
@@ -35,13 +35,13 @@ def utc_of_gps(week: int, seconds: float) -> datetime:
     Parameters
     ----------
     week : int
-        Weeks since 1980-01-06, rolled over or not: a receiver counts them as it does.
+        Weeks since 1980-01-06; a receiver may count them modulo 1024.
     seconds : float
-        Of the week; may lie outside it.
+        Seconds of the week; may lie outside the week.
 
     Notes
     -----
-    Within the seconds around an insertion the day of UTC decides: the offset is that of the UTC which it leads to.
+    Within the seconds around a leap second the day in UTC is decisive: the offset is that of the resulting UTC.
     """
     gps = _EPOCH + timedelta(seconds=week * _WEEK) + timedelta(seconds=seconds)
     offset = leap_seconds(gps.date())

@@ -11,10 +11,10 @@ from aerosid.logs.settings import COURSES
 
 
 def pitch_factor(log: FlightLog) -> float | None:
-    """The factor between theta' and q cos(phi) - r sin(phi); None where they do not tell.
+    """The factor between theta' and q cos(phi) - r sin(phi); None where the data cannot show it.
 
-    Near 1 where units and signs are right. theta is compared with the integral of the rate, both without their trend:
-    the derivative of theta would drown in its noise.
+    Near 1 where units and signs are right. theta is compared with the integral of the rate, both detrended: the noise
+    of theta would dominate its derivative.
     """
     if "theta" not in log or "q" not in log:
         return None
@@ -36,10 +36,10 @@ def pitch_factor(log: FlightLog) -> float | None:
 
 
 def answer_to_elevator(log: FlightLog) -> float | None:
-    """Correlation of the changes of pitch acceleration with those of the elevator; None where they do not tell.
+    """Correlation of the changes of pitch acceleration with those of the elevator; None where the data cannot show it.
 
-    Over windows of 0.2 s, long against the noise and short against the answer in alpha, an elevator of the right sign
-    gives a negative number.
+    Over windows of 0.2 s, long compared with the noise and short compared with the response in alpha, an elevator of
+    the right sign gives a negative correlation.
     """
     if "delta_e" not in log or "q" not in log:
         return None

@@ -1,4 +1,4 @@
-"""Writing of a flight log as native CSV, and of the channel map that keeps what its header cannot say."""
+"""Writing of a flight log as native CSV, and of the channel map with the properties that its header cannot give."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from aerosid.logs.flight_log import FlightLog
 
 
 def native_csv(log: FlightLog, remark: str, digits: int = 7) -> str:
-    """The text of the log: a remark, one header row `name [unit], ...`, then numbers; a missing sample is empty.
+    """The text of the log: a comment, one header row `name [unit], ...`, then numbers; a missing sample is empty.
 
     Parameters
     ----------
     log : FlightLog
     remark : str
-        One line about where it comes from.
+        One line on its origin.
     digits : int
         Significant digits of every number.
     """
@@ -27,13 +27,13 @@ def native_csv(log: FlightLog, remark: str, digits: int = 7) -> str:
 
 
 def channel_map_text(log: FlightLog, remark: str) -> str:
-    """The text of a channel map for the log as native CSV: every channel as it is, with its sensor's position.
+    """The text of a channel map for the log as native CSV: every channel unchanged, with its sensor's position.
 
     Parameters
     ----------
     log : FlightLog
     remark : str
-        One line about where it comes from.
+        One line on its origin.
     """
     lines = [f"# {' '.join(remark.split())}", "schema = 1", 'format = "csv"', 'time = { column = "time", unit = "s" }']
     lines += ["", "[channels]"]

@@ -1,4 +1,4 @@
-"""Proposal of a channel map from names, units, and the physics that ties channels to each other."""
+"""Proposal of a channel map from names, units, and the physical relations between channels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aerosid.logs.stamps import unusable
 from aerosid.logs.unit_physics import ProposalSettings, ProposedChannel, apply_physics, judge_load_factor
 from aerosid.signals.resampling import interpolate_to, median_step
 
-# Names that recorders give a channel, without unit, case and marks; the first that is found wins.
+# Names of channels in recorders, without unit, case and punctuation; the first match is used.
 _NAMES: dict[str, tuple[str, ...]] = {
     "V": ("tas", "vtas", "trueairspeed", "trueairspeedms", "vtrue", "vtotal", "v", "airspeed", "va"),
     "alpha": ("alpha", "vaneaoa", "aoa", "alphacg", "angleofattack", "alphadeg"),
@@ -53,14 +53,14 @@ _TIME = ("time", "t", "ts", "times", "timestamp", "timeus", "dastimearray")
 
 @dataclass(frozen=True)
 class Proposal:
-    """A map to be read by a person.
+    """A proposed map, to be read by the user.
 
     Attributes
     ----------
     format : str
         A key of `FORMATS`.
     time : tuple of (str, str) or None
-        Column and unit of time; None where the streams have their stamps.
+        Column and unit of time; None where the streams have their own stamps.
     channels : dict of str to ProposedChannel
         By the glossary's name.
     text : str
@@ -83,11 +83,11 @@ def propose_map(recording: Recording, path: str, settings: ProposalSettings | No
     path : str
         The file, for the map's first line.
     settings : ProposalSettings, optional
-        When physics decides.
+        Limits of the physical relations.
 
     Notes
     -----
-    What only physics suggests, and might suggest wrongly, stands behind `#` with the reason, to be confirmed.
+    Entries that rest on physics alone, and might be wrong, are commented out with the reason, to be confirmed.
     """
     settings = settings or ProposalSettings()
     ready = fitting_ready_map(recording)
@@ -103,7 +103,7 @@ def propose_map(recording: Recording, path: str, settings: ProposalSettings | No
 
 
 def _level_flight(recording: Recording, channels: dict[str, ProposedChannel], settings: ProposalSettings) -> str:
-    """A line on the convention of the vertical acceleration by its mean in level flight, to be confirmed."""
+    """A line on the convention of the vertical acceleration from its mean in level flight, to be confirmed."""
     if "a_z" not in channels:
         return ""
     mapped = channels["a_z"]
@@ -133,9 +133,9 @@ def _from_ready_map(recording: Recording, name: str) -> dict[str, ProposedChanne
 
 
 def _with_named(ready: Path, named: dict[str, ProposedChannel]) -> str:
-    """A ready map, with what it does not look for and the recording names, to be confirmed, after its channels."""
+    """A ready map, followed by columns that it does not use and whose names suggest a channel, to be confirmed."""
     text, derived = ready.read_text(encoding="utf-8"), load_channel_map(ready).derived
-    # Among a hundred messages P is a gain and AX a filter's state: letters alone say nothing there.
+    # Among a hundred messages P is a gain and AX the state of a filter: single letters identify nothing there.
     telling = {k: v for k, v in named.items() if k not in derived and len(_plain(v.column.rpartition(".")[2])) > 2}
     lines = [_line(name, replace(one, asked=True)) for name, one in telling.items()]
     if not lines:
@@ -149,7 +149,7 @@ def _plain(name: str) -> str:
 
 
 def _by_name(recording: Recording) -> dict[str, ProposedChannel]:
-    """Columns whose names say what they are; of several the one that is sampled fastest."""
+    """Columns whose names identify a channel; of several the one with the highest rate."""
     by_plain: dict[str, list[tuple[float, str, str]]] = {}
     for stream in recording.streams:
         clock = stream.clock()
@@ -176,7 +176,7 @@ def _by_name(recording: Recording) -> dict[str, ProposedChannel]:
 
 
 def _time_column(recording: Recording) -> tuple[str, str] | None:
-    """The column of time of a table whose format does not know it."""
+    """The column of time of a table whose format does not define it."""
     clock = recording.streams[0].clock()
     if recording.format in _TABLES and clock is not None:
         return clock.name, next(unit for unit, tick in TICKS.items() if tick == clock.tick)
@@ -194,7 +194,7 @@ def _time_column(recording: Recording) -> tuple[str, str] | None:
 
 
 def _tick_by_size(values: FloatArray) -> str:
-    """The unit in which the stamps are a date of our time, or else their step is one of a millisecond to a minute."""
+    """The unit in which the stamps are a recent date, or else their step is between a millisecond and a minute."""
     dated = [unit for unit, tick in TICKS.items() if READING.dated_days[0] < values[0] * tick < READING.dated_days[1]]
     if dated:
         return dated[0]
@@ -205,7 +205,7 @@ def _tick_by_size(values: FloatArray) -> str:
 def _tracks(
     recording: Recording, channels: dict[str, ProposedChannel], time: tuple[str, str] | None
 ) -> FlightLog | None:
-    """The found channels, raw numbers, on the fastest one's stamps, for the comparisons; None without time."""
+    """The channels found, as raw numbers on the stamps of the fastest, for the comparisons; None without time."""
     series: dict[str, tuple[FloatArray, FloatArray]] = {}
     for name, proposed in channels.items():
         found = find_column(recording, proposed.column)
@@ -255,7 +255,7 @@ def _toml(form: str, time: tuple[str, str] | None, channels: dict[str, ProposedC
 
 
 def _line(name: str, proposed: ProposedChannel) -> str:
-    """One channel of a map; behind `#` where it is to be confirmed first."""
+    """One channel of a map; commented out where it has to be confirmed first."""
     parts = [f"column = {_quoted(proposed.column)}"]
     if proposed.unit:
         parts.append(f"unit = {_quoted(proposed.unit)}")
@@ -271,5 +271,5 @@ def _quoted(text: str) -> str:
     return '"' + "".join(_ESCAPES.get(mark, mark) for mark in text if mark.isprintable()) + '"'
 
 
-_LEVEL = ("a_z", "phi", "V")  # what tells level flight
+_LEVEL = ("a_z", "phi", "V")  # by which level flight is recognised
 _ESCAPES = {'"': '\\"', "\\": "\\\\"}

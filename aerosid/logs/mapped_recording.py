@@ -17,24 +17,24 @@ from aerosid.logs.settings import READING
 from aerosid.logs.stamps import back_steps, flight_span, spread_repeats, unusable
 from aerosid.logs.stream_alignment import MappedChannel, align_streams, unaligned_streams
 
-_WHOLE_CLOCK = ("HH:MM:SS", "H:M:S", "DDD:HH:MM:SS")  # units of a time that is read as text
+_WHOLE_CLOCK = ("HH:MM:SS", "H:M:S", "DDD:HH:MM:SS")  # units of a time that is given as text
 
 
 class _Unusable(ValueError):
-    """A stream whose stamps tell no time; the message is a clause."""
+    """A stream whose stamps are unusable; the message is a clause."""
 
 
 def map_recording(
     recording: Recording, mapping: ChannelMap, place: Place, settings: RasterSettings = DEFAULTS
 ) -> list[Assembled]:
-    """The segments between holes, in order of time, each with all channels of the map on one raster.
+    """The segments between gaps, in order of time, each with all channels of the map on one raster.
 
     Parameters
     ----------
     recording : Recording
         As the recorder made it.
     mapping : ChannelMap
-        What its columns mean.
+        Meaning of its columns.
     place : Place
         The two files, for messages.
     settings : RasterSettings
@@ -43,9 +43,9 @@ def map_recording(
     Raises
     ------
     ChannelMapError
-        If a column is not there, or a unit is missing or does not convert.
+        If a column does not exist, or a unit is missing or does not convert.
     LogError
-        If stamps tell no time, channels do not overlap, or no stretch without a hole is long enough.
+        If stamps are unusable, channels do not overlap, or no stretch without a gap is long enough.
     """
     notes = list(recording.notes)
     channels = [
@@ -72,13 +72,13 @@ def map_recording(
 
 
 def _grouped(notes: list[str], names: tuple[str, ...]) -> list[str]:
-    """Notes that say the same of several channels as one, in the order of the first."""
+    """Notes with the same text on several channels merged into one, in the order of the first."""
     subjects: dict[str, list[str]] = {}
     for note in notes:
         name, mark, text = note.partition(": ")
         known = bool(mark) and name in names
         subjects.setdefault(text if known else note, []).extend([name] if known else [])
-    return [f"{', '.join(dict.fromkeys(said))}: {text}" if said else text for text, said in subjects.items()]
+    return [f"{', '.join(dict.fromkeys(grouped))}: {text}" if grouped else text for text, grouped in subjects.items()]
 
 
 def _assembled(
@@ -116,7 +116,7 @@ def _first_usable(
     place: Place,
     notes: list[str],
 ) -> MappedChannel | None:
-    """The first alternative that is recorded on a usable clock; None where none is and none need be."""
+    """The first alternative recorded on a usable clock; None where there is none and the channel is optional."""
     if name == "time":
         raise ChannelMapError(f"{place.map}: [channels] holds time; give it by the key `time` above [channels].")
     problem: Exception | None = None
@@ -178,7 +178,7 @@ def _channel(
     held = entry.held or any(values.dtype.kind == "b" for values in raw)
     recorded = np.column_stack([values.astype(np.float64) for values in raw])
     recorded = np.where(np.isfinite(recorded), recorded, np.nan)
-    # Damaged bytes make numbers whose product overflows; such a sample is missing.
+    # Damaged bytes can give numbers whose product overflows; such a sample is missing.
     with np.errstate(all="ignore"):
         values = scaled(name, entry, initialised(name, recorded, []).sum(axis=1), unit, place)
     values = np.where(np.isfinite(values), values, np.nan)
@@ -186,7 +186,7 @@ def _channel(
 
 
 def _clock(recording: Recording, mapping: ChannelMap, entry: ChannelColumnMap, stream: Stream) -> Clock:
-    """The stamps of a channel: the map's column of time, the clock that it names, or the stream's own first one."""
+    """The stamps of a channel: the map's column of time, the clock named in the map, or the stream's first clock."""
     wanted = entry.clock or mapping.clock
     if wanted is not None and (clock := stream.clock(wanted)) is not None:
         return clock
@@ -208,7 +208,7 @@ def _clock(recording: Recording, mapping: ChannelMap, entry: ChannelColumnMap, s
 def _mapped_clock(
     recording: Recording, wanted: int | str, unit: str | None, factor: float, offset: float, stream: Stream
 ) -> Clock:
-    """Stamps from a column, kept whole where they are whole numbers of a tick."""
+    """Stamps from a column, as integers where they are whole numbers of a tick."""
     if isinstance(wanted, str):
         name = stream.aliases.get(wanted, wanted)
         clock = stream.clock(name)
@@ -228,7 +228,7 @@ def _mapped_clock(
 
 
 def _stamp_notes(channel: MappedChannel) -> list[str]:
-    """How a stream's stamps differ from each other, where that could matter."""
+    """Differences between the clocks of a stream, where they could matter."""
     stream, mine = channel.found[0].stream, channel.clock
     notes = []
     for other in stream.clocks:
@@ -237,7 +237,7 @@ def _stamp_notes(channel: MappedChannel) -> list[str]:
         late = other.seconds(other.ticks[0]) - mine.seconds(mine.ticks[0])
         jitter = float(late.max() - late.min())
         zero = float(other.ticks[0]) * other.tick - float(mine.ticks[0]) * mine.tick
-        # Of two clocks that show unlike times of day only how they run against each other means anything.
+        # Where two clocks show different times of day, only their relative drift is meaningful.
         if abs(zero) < READING.largest_delay and (abs(zero) > 0.0 or jitter > 0.0):
             late = late + zero
             middle = 1e3 * float(np.median(late))
@@ -277,7 +277,7 @@ def _on_log_clock(channel: MappedChannel, origin: int) -> FloatArray:
 
 
 def _longest_boot(channels: list[MappedChannel], notes: list[str]) -> int | None:
-    """The run of the recorder that holds most samples, where it began anew within the file."""
+    """The run of the recorder with the most samples, where it restarted within the file."""
     booted = [channel for channel in channels if channel.found[0].stream.boots is not None]
     if not booted:
         return None
@@ -303,7 +303,7 @@ def _boots(channel: MappedChannel) -> IntArray:
 
 
 def _order(channel: MappedChannel, boot: int | None, notes: list[str]) -> None:
-    """Samples of one run, in order of time, no two at one stamp."""
+    """Samples of one run, in order of time, without repeated stamps."""
     if boot is not None:
         mine = _boots(channel) == boot
         channel.time, channel.values = channel.time[mine], channel.values[mine]
@@ -323,7 +323,7 @@ def _order(channel: MappedChannel, boot: int | None, notes: list[str]) -> None:
 
 
 def _trim_strays(recording: Recording, channels: list[MappedChannel], origin: int, notes: list[str]) -> None:
-    """Leaves out what is stamped far outside the flight."""
+    """Removes samples stamped far outside the flight."""
     names = {channel.clock.name for channel in channels}
     stamps = []
     for stream in recording.streams:

@@ -16,12 +16,12 @@ from aerosid.logs.settings import QUALITY
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number, plain
 
-NEEDED = ("V", "alpha", "q")  # what the estimation cannot do without, beside a moving control
+NEEDED = ("V", "alpha", "q")  # required by the estimation, in addition to a moving control
 HELPFUL = ("theta", "a_x", "a_z")
 
 
 class Problem(enum.Enum):
-    """Problems of a log, each as a sentence with the remedy."""
+    """Problems of a log, each as a sentence with its remedy."""
 
     LACKING = "close-loop needs this channel: add the column, or map it in a channel map"
     NO_CONTROL = "no control surface (delta_e ...) is in the log: add the column, or map it in a channel map"
@@ -58,16 +58,16 @@ _BLOCKING = frozenset({Problem.DEGREES, Problem.LACKING, Problem.NO_CONTROL, Pro
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong.
+    """One problem of a log.
 
     Attributes
     ----------
     problem : Problem
-        What it is and what to do.
+        The problem and its remedy.
     subject : str
         The channel, or `time`.
     detail : str
-        How much, where.
+        Extent and location.
     """
 
     problem: Problem
@@ -76,7 +76,7 @@ class Finding:
 
     @property
     def blocking(self) -> bool:
-        """Whether close-loop cannot work on this log."""
+        """Whether the problem prevents close-loop on this log."""
         return self.problem in _BLOCKING
 
     def __str__(self) -> str:
@@ -87,30 +87,30 @@ class Finding:
 
 @dataclass(frozen=True)
 class ChannelQuality:
-    """What one channel is worth.
+    """Quality of one channel.
 
     Attributes
     ----------
     name, unit : str
-        The channel and the unit of the numbers below.
+        The channel, and the unit of the numbers below.
     minimum, maximum : float
-        Over the samples that are there; NaN where there are none.
+        Of the valid samples; NaN where there are none.
     missing : float
-        Share of samples that are missing.
+        Fraction of samples that are missing.
     spikes : int
-        Samples far off both neighbours.
+        Number of samples far from both neighbours.
     stuck : float
         Longest time without a change, s.
     quantum : float
-        Resolution; 0 where none is visible.
+        Resolution; 0 where none is discernible.
     noise : float
         Standard deviation of the white measurement noise.
     excitation : float
-        Root-mean-square variation without the noise, over the noise; infinite without noise.
+        Root-mean-square variation without the noise, divided by the noise; infinite without noise.
     declared : bool
         Whether the channel map or the aircraft file gives the noise.
     doubt : str
-        Why the estimated noise is not to be believed; empty where it is.
+        Why the estimated noise is not reliable; empty where it is.
     """
 
     name: str
@@ -129,7 +129,7 @@ class ChannelQuality:
 
 @dataclass(frozen=True)
 class LogQuality:
-    """What a log is worth.
+    """Quality of a log.
 
     Attributes
     ----------
@@ -142,15 +142,15 @@ class LogQuality:
     interval : float
         Median sampling interval, s.
     unevenness : float
-        Spread of the intervals, gaps aside, over the median.
+        Range of the intervals, without gaps, divided by the median.
     gaps : tuple of (float, float)
         Start, s, and length, s, of each gap.
     channels : tuple of ChannelQuality
-        In the log's order.
+        In the order of the log.
     findings : tuple of Finding
-        What is wrong, the blocking ones first.
+        The problems, blocking ones first.
     notes : tuple of str
-        What was done to the data on reading.
+        Conversions of the data on reading.
     """
 
     name: str
@@ -172,7 +172,7 @@ class LogQuality:
 
 
 def check_log(log: FlightLog) -> LogQuality:
-    """The quality of a log: its sampling, each channel's worth, and what to do about what is wrong.
+    """The quality of a log: its sampling, each channel's quality, and the problems with their remedies.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
 
 
 def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
-    """What close-loop needs and the log lacks."""
+    """Channels that close-loop requires and the log lacks."""
     there = {name for name, channel in channels.items() if channel.missing < 1.0}
     findings = [Finding(Problem.LACKING, name, CHANNELS[name].name) for name in NEEDED if name not in there]
     controls = [channels[name] for name in there if name.startswith("delta_")]
@@ -262,7 +262,7 @@ def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], un
 
 
 def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
-    """What is wrong with one channel by itself."""
+    """Problems of one channel by itself."""
     name = channel.name
     if channel.missing == 1.0:
         return [Finding(Problem.EMPTY, name)]
@@ -274,10 +274,10 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
         times = ", ".join(plain(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
         more = " ..." if channel.spikes > 3 else ""
         findings.append(Finding(Problem.SPIKES, name, f"{channel.spikes} at {times}{more} s"))
-    # Controls and slow quantities rightly rest; what moves with the aircraft does not.
+    # Controls and slowly varying quantities may be constant; motion channels may not.
     if name not in CHANNELS or CHANNELS[name].kind != "output" or name == "h":
         return findings
-    # Of a coarse channel at least the steps are known, and they are said below.
+    # Of a channel with coarse resolution at least the steps are known; they are reported below.
     coarse = channel.quantum > 2.0 * channel.noise
     if channel.doubt and not coarse:
         findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
@@ -296,7 +296,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
 
 
 def degrees_findings(log: FlightLog) -> list[Finding]:
-    """The angles that no aircraft reaches in radians."""
+    """The angles whose values exceed any attitude of an aircraft in radians."""
     return [
         Finding(Problem.DEGREES, name, f"99 % within {most:.3g} rad")
         for name in log.channels
@@ -305,7 +305,7 @@ def degrees_findings(log: FlightLog) -> list[Finding]:
 
 
 def _most_radians(log: FlightLog, name: str) -> float:
-    """What 99 % of an angle's samples stay within, rad; 0 where it is none."""
+    """Bound of 99 % of the samples' magnitude of an angle, rad; 0 for any other channel."""
     angle = name in QUALITY.most_radians or name.startswith("delta_")
     if not angle or log.units.get(name) != "rad" or not np.isfinite(log[name]).any():
         return 0.0
@@ -313,7 +313,7 @@ def _most_radians(log: FlightLog, name: str) -> float:
 
 
 def _motion_findings(log: FlightLog) -> list[Finding]:
-    """What the channels say about each other: lateral motion, units, signs."""
+    """Problems between channels: lateral motion, units, signs."""
     findings = []
     if "phi" in log and np.isfinite(log["phi"]).any():
         bank = float(np.nanmax(np.abs(log["phi"])))

@@ -1,4 +1,4 @@
-"""Resampling of several streams to one raster: holes cut, fast channels low-passed, slow ones marked, switches held."""
+"""Resampling of several streams to one raster: cut at gaps, fast channels low-passed, switches held."""
 
 from __future__ import annotations
 
@@ -21,32 +21,33 @@ from aerosid.signals.resampling import (
     nearest_to_samples,
 )
 
-# What follows the aircraft's motion by the second: the slowest of these sets the raster.
+# Channels that follow the aircraft's motion: the slowest of these sets the raster.
 MOTION = (
     "V", "alpha", "beta", "u", "v", "w", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot",
     "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z",
 )  # fmt: skip
 CONTROL = "delta_"
-_CIRCLE = ("phi", "psi")  # angles that pass the end of their range in flight
+_CIRCLE = ("phi", "psi")  # angles that wrap around in flight
 
 
 @dataclass(frozen=True)
 class RasterSettings:
-    """How streams of unlike rates become one log.
+    """Resampling of streams of different rates to one log.
 
     Attributes
     ----------
     slowest_control : float
-        Rate of a control over that of the raster; slower, the steps and ramps that drive the motion are not known, and
-        the log is refused.
+        Least rate of a control relative to the raster; below, the steps and ramps that drive the motion are unknown,
+        and the log is refused.
     finest : float
-        Rate of the raster over that of a channel up to which it is interpolated; beyond, only its samples are kept.
+        Rate of the raster relative to a channel's up to which the channel is interpolated; beyond, only its samples
+        are kept.
     fewest : int
-        Samples of a segment that is of use.
+        Least number of samples of a useful segment.
     too_slow : float
-        Hz; a recording below shows no motion of an aircraft, whose short period lies between 0.3 and 2 Hz.
+        Hz; a recording below does not resolve the short period, which lies between 0.3 and 2 Hz.
     stamps : StampSettings
-        What is a hole.
+        Definition of a gap.
     resampling : ResamplingSettings
         The low-pass filter.
     """
@@ -64,7 +65,7 @@ DEFAULTS = RasterSettings()
 
 @dataclass(frozen=True)
 class Track:
-    """One channel on its own stamps.
+    """One channel on its own time stamps.
 
     Attributes
     ----------
@@ -85,13 +86,13 @@ class Track:
 
     @property
     def leads(self) -> bool:
-        """Whether the channel decides where the record begins, ends and is cut: motion and controls do."""
+        """Whether the channel determines where the record begins, ends and is cut: motion channels and controls do."""
         return not self.held and (self.name in MOTION or self.name.startswith(CONTROL))
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch without a hole.
+    """A stretch without a gap.
 
     Attributes
     ----------
@@ -112,16 +113,16 @@ def onto_one_raster(
     label: str,
     settings: RasterSettings = DEFAULTS,
 ) -> tuple[list[Segment], list[str]]:
-    """The stretches between holes, each with all channels on one raster, and what was done, a sentence each.
+    """The stretches between gaps, each with all channels on one raster, and the processing, a sentence each.
 
     Parameters
     ----------
     tracks : list of Track
         The channels.
     drop_outs : tuple of (float, float)
-        Start and length, s, of what the recorder itself says it lost.
+        Start and length, s, of losses reported by the recorder itself.
     raster : float, str or None
-        Rate, Hz; or the channel whose stamps to use; None: the slowest motion channel's.
+        Rate, Hz; or the channel whose stamps are used; None: those of the slowest motion channel.
     label : str
         The file, for messages.
     settings : RasterSettings
@@ -148,13 +149,13 @@ def onto_one_raster(
     for low, high in _between(cuts, start, stop):
         wanted = _instants(base, low, high)
         if wanted.size >= settings.fewest:
-            channels = {t.name: _brought(t, wanted, interval, settings) for t in tracks}
+            channels = {t.name: _resampled(t, wanted, interval, settings) for t in tracks}
             segments.append(Segment(wanted, channels))
     if not segments:
         source = base.name if isinstance(base, Track) else "the map's raster"
         raise LogError(
             f"{label}: at the {1.0 / interval:.3g} Hz of {source} no stretch of {settings.fewest} samples lies between "
-            f"{start:.6g} and {stop:.6g} s and its {len(cuts)} holes; record longer, or leave that channel out."
+            f"{start:.6g} and {stop:.6g} s and its {len(cuts)} gaps; record longer, or leave that channel out."
         )
     faster = _faster_note(base, leading, settings) if raster is None else []
     notes = [
@@ -166,7 +167,7 @@ def onto_one_raster(
 
 
 def _base(leading: list[Track], raster: float | str | None, label: str) -> Track | float:
-    """The channel whose stamps are the raster, or its rate."""
+    """The channel whose stamps are the raster, or the rate of the raster."""
     if isinstance(raster, str):
         found = [track for track in leading if track.name == raster]
         if not found:
@@ -197,7 +198,7 @@ def _cuts(
     stop: float,
     settings: RasterSettings,
 ) -> list[tuple[float, float]]:
-    """All holes within start..stop, those that overlap as one."""
+    """All gaps within start..stop, overlapping ones merged."""
     found = [tuple(row) for track in leading for row in holes(track.time, settings.stamps).tolist()]
     found += [(at, at + length) for at, length in drop_outs if length > 0.0]
     merged: list[tuple[float, float]] = []
@@ -221,8 +222,8 @@ def _instants(base: Track | float, low: float, high: float) -> FloatArray:
     return np.arange(first, last + 1) / base
 
 
-def _brought(track: Track, wanted: FloatArray, interval: float, settings: RasterSettings) -> FloatArray:
-    """A channel at the raster's instants, stretch by stretch between its own holes; shape (K,)."""
+def _resampled(track: Track, wanted: FloatArray, interval: float, settings: RasterSettings) -> FloatArray:
+    """A channel at the raster's instants, stretch by stretch between its own gaps; shape (K,)."""
     if track.held:
         there = np.isfinite(track.values)
         return hold_to(track.time[there], track.values[there], wanted)
@@ -274,7 +275,7 @@ def _rises_too_far(step: float, interval: float, settings: RasterSettings) -> bo
 
 
 def _drives(name: str) -> bool:
-    """Whether the channel is a slow condition that equations need at every instant: mass, density, thrust."""
+    """Whether the channel is a slow quantity that the equations need at every instant: mass, density, thrust."""
     return name in CHANNELS and CHANNELS[name].kind == "input"
 
 
@@ -290,14 +291,14 @@ def _raster_notes(base: Track | float, interval: float, tracks: list[Track], set
             f"sampled at {rate:.3g} Hz: too slow for an aircraft's motion, which needs {settings.too_slow:g} Hz"
         )
     for track in () if same else tracks:
-        note = _brought_note(track, base, interval, settings)
+        note = _resampling_note(track, base, interval, settings)
         if note:
             notes.append(f"{track.name}: {note}")
     return notes
 
 
 def _faster_note(base: Track | float, leading: list[Track], settings: RasterSettings) -> list[str]:
-    """What keeps the rest where one slow motion channel brings all others down to its rate."""
+    """A note on how to keep the other channels' rate where one slow motion channel limits them all."""
     motion = [track for track in leading if track.name in MOTION and track is not base]
     if not (isinstance(base, Track) and motion):
         return []
@@ -307,7 +308,7 @@ def _faster_note(base: Track | float, leading: list[Track], settings: RasterSett
     return [f"{base.name} alone is this slow: `raster = {following:.2g}`, the next rate, keeps higher frequencies"]
 
 
-def _brought_note(track: Track, base: Track | float, interval: float, settings: RasterSettings) -> str:
+def _resampling_note(track: Track, base: Track | float, interval: float, settings: RasterSettings) -> str:
     if isinstance(base, Track) and (track is base or np.array_equal(track.time, base.time)):
         return ""
     if track.held:
@@ -318,8 +319,8 @@ def _brought_note(track: Track, base: Track | float, interval: float, settings: 
         edge = settings.resampling.passed / interval
         delay = filter_delay(interval, settings.resampling)
         return (
-            f"low-passed above {edge:.3g} Hz and brought {rates}; the filter's delay of {delay:.2g} s is taken out, "
-            "nearer to an end it takes out less"
+            f"low-passed above {edge:.3g} Hz and resampled {rates}; the filter's delay of {delay:.2g} s is "
+            "compensated, near the ends the filter attenuates less"
         )
     if _rises_too_far(step, interval, settings):
         if _drives(track.name):

@@ -1,6 +1,6 @@
 """Recording: streams of samples, each on its own stamps, nothing converted.
 
-A reader returns one; a channel map and `logs.raster` make a `FlightLog` of it.
+A reader returns a recording; a channel map and `logs.raster` turn it into a `FlightLog`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-"""Standard: s of one count of a clock by its unit."""
+"""Standard: s per count of a clock, by its unit."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Clock:
     Attributes
     ----------
     name : str
-        The field that holds them in the file, or what they are.
+        The field that contains them in the file, or a description.
     ticks : ndarray, shape (N,)
         Stamps as recorded, integer or float64; integers stay integers, because microseconds since 1970 need 51 bits.
     tick : float
@@ -42,7 +42,7 @@ class Clock:
     tick: float
 
     def seconds(self, origin: float = 0) -> FloatArray:
-        """Stamps in s since `origin` (in counts), which is taken off before anything is rounded; shape (N,)."""
+        """Stamps in s since `origin` (in counts), which is subtracted before any rounding; shape (N,)."""
         return since(self.ticks, origin, self.tick)
 
 
@@ -51,7 +51,7 @@ def since(ticks: AnyArray, origin: float, tick: float) -> FloatArray:
 
     Notes
     -----
-    Counts a second are a whole number for every integer clock: division by it rounds once, multiplication by its
+    Counts per second are a whole number for every integer clock: the division rounds once, the multiplication by the
     inverse twice.
     """
     if ticks.dtype.kind in "iu":
@@ -67,10 +67,10 @@ class Column:
     Attributes
     ----------
     load : callable
-        Returns the values, shape (N,), numbers as recorded; called when they are wanted, so that a file of a thousand
-        columns costs what is used of it.
+        Returns the values, shape (N,), as recorded; called on demand, so that only the used columns of a file of
+        a thousand are read.
     unit : str or None
-        As the file gives it; None where it gives none.
+        As given by the file; None where it gives none.
     """
 
     load: Callable[[], AnyArray]
@@ -82,13 +82,13 @@ def _held(values: AnyArray) -> AnyArray:
 
 
 def column(values: AnyArray, unit: str | None = None) -> Column:
-    """A column of values that are in memory already."""
+    """A column of values already in memory."""
     return Column(partial(_held, values), unit)
 
 
 @dataclass(frozen=True)
 class Stream:
-    """What a recorder wrote together: one message, topic, group or table, with one stamp a row.
+    """Columns that a recorder wrote together: one message, topic, group or table, with one stamp per row.
 
     Attributes
     ----------
@@ -97,15 +97,15 @@ class Stream:
     columns : mapping of str to Column
         By the name in the file, in its order.
     clocks : tuple of Clock
-        The stream's stamps, the sample's own first; empty where the file does not say which column is time.
+        The stream's stamps, the sample's own first; empty where the file does not define the time column.
     instance : int or None
-        Which of several senders of the same message this is; None where there is only one by the format.
+        Instance among several senders of the same message; None where the format allows only one.
     order : ndarray of int, shape (N,), or None
-        Place of each sample in the file, in any count that all streams share, where they are interleaved.
+        Position of each sample in the file, in any count shared by all streams, where they are interleaved.
     aliases : mapping of str to str
-        Other names that the file gives a column, its header with the unit among them, to the name in `columns`.
+        Alternative names of a column, its header with the unit among them, mapped to the name in `columns`.
     boots : ndarray of int, shape (N,), or None
-        Number of the recorder's start each sample belongs to, where the clock began anew within the file.
+        Number of the recorder's run to which each sample belongs, where the clock restarted within the file.
     """
 
     name: str
@@ -122,18 +122,18 @@ class Stream:
 
     @property
     def label(self) -> str:
-        """The stream's name, with its instance in brackets where it has one."""
+        """The stream's name, with its instance in brackets where there is one."""
         return self.name if self.instance is None else f"{self.name}[{self.instance}]"
 
     def clock(self, name: str | None = None) -> Clock | None:
-        """The clock of this name, or the stream's first; None where it has none such."""
+        """The clock of this name, or the stream's first; None where there is none."""
         found = (clock for clock in self.clocks if name is None or clock.name == name)
         return next(found, None)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Everything that a file holds, as the recorder wrote it.
+    """Contents of a file, as the recorder wrote them.
 
     Attributes
     ----------
@@ -142,15 +142,15 @@ class Recording:
     streams : tuple of Stream
         In the file's order.
     notes : tuple of str
-        What was lost or is odd about the file, one sentence each.
+        Losses and irregularities of the file, one sentence each.
     drop_outs : tuple of (float, float)
-        Start, s on the recorder's clock, and length, s, of what the recorder itself says it lost.
+        Start, s on the recorder's clock, and length, s, of losses reported by the recorder itself.
     utc_of_zero : datetime or None
-        Absolute time at zero of the recorder's clock, only from a source that was valid.
+        Absolute time at zero of the recorder's clock; only from a valid source.
     messages : int
         Number of messages read, where the format has them; 0 otherwise.
     counts : mapping of str to int
-        Messages of each type, those that are no measurements included.
+        Number of messages of each type, including those that are no measurements.
     """
 
     format: str

@@ -9,7 +9,7 @@ from aerosid.logs.settings import QUALITY
 
 
 def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Indices of single samples that stand off both neighbours on the same side.
+    """Indices of single samples that deviate from both neighbours to the same side.
 
     Parameters
     ----------
@@ -20,8 +20,8 @@ def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[
 
     Notes
     -----
-    The smaller of the distances to the two neighbours counts. It must exceed the noise, the median of what the eight
-    samples around do, and a tenth of the channel's range, so that a peak of fast motion is no spike.
+    The smaller distance to the two neighbours is used. It must exceed the noise, the median of the same distance of
+    the eight surrounding samples, and a tenth of the channel's range, so that a peak of fast motion is no spike.
     """
     if values.size < 10 or not np.isfinite(values).any():
         return np.empty(0, dtype=np.intp)
@@ -47,21 +47,21 @@ def _runs(values: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 def longest_stand(time: FloatArray, values: FloatArray) -> float:
-    """The longest time, s, over which the value does not change."""
+    """The longest time, s, during which the value does not change."""
     first, last = _runs(values)
     return float(np.max(time[last] - time[first]))
 
 
 def quantum(values: FloatArray) -> float:
-    """The step that all values are multiples of, or 0.0 where there is none that shows.
+    """The step of which all values are multiples, or 0.0 where none is discernible.
 
-    Recorded numbers are rounded when printed, so multiples are only required within a few hundredths of the step.
+    Recorded numbers are rounded when printed, so multiples are only required to within a few hundredths of the step.
     """
     levels = np.unique(values)
     if levels.size < 3 or levels.size > values.size / 3:
         return 0.0
     distance = np.diff(levels)
-    # Two values that differ in their last printed digit are one level.
+    # Values that differ in their last printed digit count as one level.
     distance = distance[distance > 1e-3 * float(np.median(distance))]
     step = float(distance.min())
     multiple = distance / step
@@ -69,7 +69,7 @@ def quantum(values: FloatArray) -> float:
 
 
 def cut_at(values: FloatArray) -> float | None:
-    """The extreme at which a channel rests repeatedly and unlike at its other values, or None."""
+    """The extreme at which a channel rests repeatedly, in contrast to its other values, or None."""
     present = values[np.isfinite(values)]
     first, last = _runs(present)
     length = last - first + 1

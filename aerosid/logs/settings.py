@@ -1,4 +1,4 @@
-"""Settings of what is read from recordings and of the checks of a log by itself; chosen, where no data set is named."""
+"""Settings of reading recordings and of the checks of a single log; chosen, where no data set is named."""
 
 from __future__ import annotations
 
@@ -7,44 +7,44 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 PLAUSIBLE = MappingProxyType({"alpha": 1.0, "beta": 1.0, "theta": 1.6, "phi": 3.2})
-"""rad, by channel: angles that no aircraft exceeds in normal flight, with a tenth for the sensor."""
+"""rad, by channel: angles that no aircraft exceeds in normal flight, with a margin of a tenth for the sensor."""
 
 
 @dataclass(frozen=True)
 class ReadingSettings:
-    """Settings of how columns of a file become channels on one time base.
+    """Settings of the conversion of a file's columns to channels on one time base.
 
     Attributes
     ----------
     fewest_samples : int
-        Samples, of a log or of a stretch without a hole, below which nothing is read from it.
+        Least number of samples of a log, or of a stretch without a gap.
     largest : float
-        SI, or the file's unit: numbers beyond are refused. No sensor reads more, and squares of what does leave the
-        range of doubles.
+        SI, or the file's unit: larger numbers are refused. No sensor reads more, and the squares of larger numbers
+        exceed the range of doubles.
     uninitialised : float
-        The file's unit: smaller numbers that are not zero are missing samples. Recorders leave words such as 1e-304 in
-        a channel that has not started; no sensor resolves that little.
+        The file's unit: smaller non-zero numbers are missing samples. Recorders leave values such as 1e-304 in a
+        channel that has not started; no sensor resolves that little.
     numeric_share : float
-        Share, 1, of a row's filled fields that are numbers or clock times from which on it is a row of data: a header
-        has next to none, and an avionics row with its names of stations and modes still far more.
+        Fraction, 1, of a row's filled fields that are numbers or clock times from which on it is a row of data: a
+        header has almost none, and an avionics row with names of stations and modes still far more.
     dated : float
         s since 1970: stamps beyond are a date, and time then counts from the recording's first second.
     dated_days : tuple of (float, float)
         s since 1970 of 1990 and 2100, between which a column of stamps of unknown unit is taken for a date.
     unix_clock : float
-        s: MAVLink stamps beyond are time since 1970 and none since a start, which lasts no thirty years.
+        s: MAVLink stamps beyond are time since 1970 and not since a start, which never lasts thirty years.
     loose_stamps : float
-        s: two stamps of one sample that differ by more, or vary so much, are worth a sentence.
+        s: difference of two stamps of one sample, or its variation, from which on it is reported.
     largest_delay : float
-        s between sampling and writing; more is another clock's zero.
+        s between sampling and writing; a larger difference is due to another zero of the clock.
     same_rate : float
-        Share, 1, by which two rates may differ and be one in a note.
+        Fraction, 1, by which two rates may differ and count as equal in a note.
     clocks_apart : float
-        Standard errors, 1, of the offset from which on two clocks are said to differ.
+        Standard errors, 1, of the offset from which on two clocks are reported to differ.
     fewest_mapped : int
         Channels of a ready map that a recording must hold before the map is proposed for it.
     fewest_of_stream : int
-        Samples of a stream that counts for the recording's span: less is settings and events.
+        Samples of a stream that counts for the recording's span: streams with fewer are settings and events.
     """
 
     fewest_samples: int = 10
@@ -64,27 +64,28 @@ class ReadingSettings:
 
 @dataclass(frozen=True)
 class QualitySettings:
-    """Limits of the checks of a log by itself; each is a sentence of `check`, and only `degrees` stops a loop.
+    """Limits of the checks of a single log; each gives a sentence of `check`, and only `degrees` stops a loop.
 
     Attributes
     ----------
     gap : float
-        Median intervals, 1, without a sample that are a gap.
+        Time without a sample, in median intervals, 1, that counts as a gap.
     uneven : float
         Range of the intervals over their median, 1, from which sampling is uneven.
     stuck_share, stuck_samples : float, int
-        Of the record, 1, and samples without a change, in a channel that otherwise moves; both must be exceeded.
+        Fraction of the record, 1, and samples without a change, in a channel that otherwise moves; both must be
+        exceeded.
     excited : float
         Standard deviation over noise, 1, below which a channel moves too little for its derivatives.
     wrong_answer : float
-        Correlation, 1, of the elevator's with the pitch acceleration's changes above which a sign is wrong. The right
+        Correlation, 1, of the elevator's and the pitch acceleration's changes above which a sign is wrong. The right
         sign gives -0.4 to -0.85 on doublets and 3-2-1-1 of five simulated aircraft, on which it was found.
     most_radians : mapping of str to float
-        rad, by channel, that 99 % of the samples lie within; beyond, the channel is in degrees.
+        rad, by channel, bound of 99 % of the samples; beyond, the channel is in degrees.
     most_deflection : float
         rad, the same of any control surface.
     banked : float
-        rad of bank from which a manoeuvre is not longitudinal alone.
+        rad of bank from which a manoeuvre is not purely longitudinal.
     opposite : float
         Factor, 1, between theta' and q below which their signs are opposite.
     other_unit : tuple of (float, float)
@@ -92,11 +93,11 @@ class QualitySettings:
     level_load : tuple of (float, float)
         m/s^2, range of the mean of a_z, about -9.81 in level flight.
     spike : float
-        Standard deviations of the noise off both neighbours, and times what the neighbourhood does, 1.
+        Distance from both neighbours, in standard deviations of the noise, and over that of the neighbourhood, 1.
     spike_share : float
-        Of the channel's range, 1, that a spike must stand off, so that a peak of fast motion is none.
+        Fraction of the channel's range, 1, by which a spike must deviate, so that a peak of fast motion is not one.
     saturated_samples : int
-        Samples in a row at the channel's own extreme.
+        Consecutive samples at the channel's own extreme.
     """
 
     gap: float = 2.5
@@ -118,17 +119,17 @@ class QualitySettings:
 
 @dataclass(frozen=True)
 class CoursesSettings:
-    """When two courses are compared, as theta and the integral of q.
+    """Comparison of two time histories, such as theta and the integral of q.
 
     Attributes
     ----------
     fewest : int
-        Samples that a comparison needs.
+        Least number of samples of a comparison.
     agreeing : float
-        Correlation, 1, from which on two courses are one.
+        Correlation, 1, from which on two time histories count as equal.
     window : float
-        s over which pitch acceleration and elevator are averaged: long against the noise and short against the answer
-        in alpha.
+        s over which pitch acceleration and elevator are averaged: long compared with the noise and short compared with
+        the response in alpha.
     """
 
     fewest: int = 20
@@ -138,19 +139,19 @@ class CoursesSettings:
 
 @dataclass(frozen=True)
 class DuplicateSettings:
-    """When two logs hold the same samples.
+    """Criteria for two logs with the same samples.
 
     Attributes
     ----------
     fewest : int
-        Samples of one file in both spans from which on they overlap: spans that touch share the one at which they do.
+        Samples of one file in both spans from which on they overlap: adjacent spans share a single sample.
     fewest_rows : int
-        Distinct rows in both files from which on they hold the same flight: chance makes none of several noisy
-        channels.
+        Distinct rows in both files from which on they contain the same flight: equal rows do not occur by chance in
+        several noisy channels.
     fewest_channels : int
-        Channels that must move in both for rows to be compared: fewer agree by chance where a recorder is coarse.
+        Channels that must vary in both for rows to be compared: fewer agree by chance where the resolution is coarse.
     digits : int
-        Significant digits that are compared: two maps may bring the same decimals to SI with different roundings.
+        Significant digits that are compared: two maps may convert the same decimals to SI with different rounding.
     """
 
     fewest: int = 2

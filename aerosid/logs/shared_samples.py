@@ -13,12 +13,12 @@ from aerosid.nomenclature import CHANNELS
 
 
 def shared_samples(one: FlightLog, other: FlightLog) -> tuple[float, float] | None:
-    """The span of `one`, s in its own time, whose samples the other log holds too; None where there is none.
+    """The span of `one`, s in its own time, whose samples the other log also contains; None where there is none.
 
     Notes
     -----
-    The same file (by path or SHA-256) runs on one clock, so that spans tell. Of different files rows are compared,
-    whatever their clocks say: a cut that begins at zero again holds the same samples as the recording it is from.
+    The same file (by path or SHA-256) has one clock, so that spans are compared. Of different files rows are compared,
+    whatever their clocks: a cut that begins at zero again has the same samples as the recording that it comes from.
     """
     if _is_same_file(one, other):
         both = one.time[(one.time >= other.time[0]) & (one.time <= other.time[-1])]
@@ -55,5 +55,5 @@ def _rows(log: FlightLog, names: list[str]) -> tuple[NDArray[np.void], NDArray[n
     table = table[complete]
     size = np.abs(table)
     scale = 10.0 ** (DUPLICATES.digits - 1 - np.floor(np.log10(np.where(size > 0.0, size, 1.0))))
-    whole = np.ascontiguousarray(np.rint(table * scale) / scale) + 0.0  # -0.0 and 0.0 are one number
+    whole = np.ascontiguousarray(np.rint(table * scale) / scale) + 0.0  # -0.0 becomes 0.0
     return whole.view(np.dtype((np.void, whole.dtype.itemsize * len(names)))).ravel(), log.time[complete]

@@ -21,12 +21,12 @@ from aerosid.logs.settings import READING
 __all__ = ["ROLES", "Span", "cut_span", "expand", "is_segment_file", "parse_span", "read_segment_file", "read_span"]
 
 ROLES = ("identification", "validation", "hold_out")
-"""What a segment may be for."""
+"""Permitted roles of a segment."""
 
 _SPAN = re.compile(r"(?P<path>.+)@(?P<start>[^:@]*):(?P<stop>[^:@]*)", re.DOTALL)
 _COLUMNS = ("log", "from", "to", "role", "name")
 _LARGEST_FILE = 10_000_000
-"""Format: bytes of a segment file at most."""
+"""Format: maximum number of bytes of a segment file."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Span:
     path : Path
         The recording.
     start, stop : float or None
-        s on its own clock; None: from its beginning, to its end.
+        s on its own clock; None: from its beginning, or to its end.
     role : str
-        identification, validation or hold_out; empty where the file or command line does not say.
+        identification, validation or hold_out; empty where neither the file nor the command line gives it.
     name : str
-        By which results call it; empty: the recording's name with the span.
+        Its name in results; empty: the recording's name with the span.
     """
 
     path: Path
@@ -57,7 +57,7 @@ class Span:
         return self.start is None and self.stop is None
 
     def __str__(self) -> str:
-        """As the command line takes it."""
+        """As written on the command line."""
         if self.whole:
             return str(self.path)
         ends = ("" if end is None else f"{end:.15g}" for end in (self.start, self.stop))
@@ -65,12 +65,12 @@ class Span:
 
 
 def parse_span(text: str | Path) -> Span:
-    """The span that `LOG`, `LOG@FROM:TO`, `LOG@FROM:` or `LOG@:TO` says, times in s.
+    """The span written as `LOG`, `LOG@FROM:TO`, `LOG@FROM:` or `LOG@:TO`, times in s.
 
     Raises
     ------
     UsageError
-        Where a time is no number, or the span is empty.
+        Where a time is not a number, or the span is empty.
     """
     path = Path(text)
     match = _SPAN.fullmatch(str(text))
@@ -82,7 +82,7 @@ def parse_span(text: str | Path) -> Span:
             ends.append(float(word) if word.strip() else None)
         except ValueError:
             raise UsageError(
-                f"{shown(text, 200)}: {shown(word)} is no time in s; give a span as LOG@3625:3665."
+                f"{shown(text, 200)}: {shown(word)} is not a time in s; give a span as LOG@3625:3665."
             ) from None
     return _checked(Span(Path(match["path"]), ends[0], ends[1]), shown(text, 200))
 
@@ -100,7 +100,7 @@ def _checked(span: Span, label: str) -> Span:
 
 
 def expand(texts: Iterable[str | Path]) -> tuple[Span, ...]:
-    """The spans of a command line's words: recordings, spans of them, and segment files in their place.
+    """The spans of a command line's arguments: recordings, spans of them, and the contents of segment files.
 
     Raises
     ------
@@ -121,23 +121,23 @@ def read_span(
     *,
     across_holes: bool = False,
 ) -> FlightLog:
-    """The recording, cut to its span and named for it.
+    """The recording, cut to its span and named accordingly.
 
     Parameters
     ----------
     text : str, Path or Span
-        As `parse_span` takes it.
+        From `parse_span`.
     channels : Path, optional
         The channel map.
     held : dict of Path to FlightLog, optional
-        Recordings that were read already: a flight of which ten spans are wanted is read once.
+        Recordings already read: a flight with ten spans is read once.
     across_holes : bool
-        Keep all stretches of the span; otherwise the longest one without a hole.
+        Keep all stretches of the span; otherwise the longest one without a gap.
 
     Raises
     ------
     LogError
-        Where the recording cannot be read, or holds fewer than two samples in the span.
+        Where the recording cannot be read, or has fewer than two samples in the span.
     """
     span = text if isinstance(text, Span) else parse_span(text)
     store = {} if held is None else held
@@ -188,7 +188,7 @@ def read_segment_file(path: Path) -> tuple[Span, ...]:
     Raises
     ------
     UsageError
-        Where the file cannot be read, or says something wrong: which segment, which key.
+        Where the file cannot be read or an entry is wrong; the message names segment and key.
     """
     try:
         content = path.read_bytes()[: _LARGEST_FILE + 1].decode("utf-8-sig")
@@ -212,7 +212,7 @@ def _toml_rows(path: Path, content: str) -> list[Mapping[str, Any]]:
         document = tomllib.loads(content)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         reason = " ".join(str(error).split())[:120]
-        raise UsageError(f"{path}: the segment file is no valid TOML ({reason}); correct that place.") from None
+        raise UsageError(f"{path}: the segment file is not valid TOML ({reason}); correct that place.") from None
     unknown = next((key for key in document if key not in ("schema", "segment")), None)
     if unknown is not None:
         raise UsageError(
@@ -221,7 +221,7 @@ def _toml_rows(path: Path, content: str) -> list[Mapping[str, Any]]:
         )
     rows = document.get("segment", [])
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise UsageError(f"{path}: segment is no list of tables; write [[segment]] with double brackets.")
+        raise UsageError(f"{path}: segment is not a list of tables; write [[segment]] with double brackets.")
     return rows
 
 
@@ -230,7 +230,7 @@ def _csv_rows(path: Path, content: str) -> list[Mapping[str, Any]]:
     try:
         return list(csv.DictReader(io.StringIO("\n".join(lines)), skipinitialspace=True, strict=True))
     except csv.Error as error:
-        raise UsageError(f"{path}: the segment file is no valid CSV ({error}); correct it.") from None
+        raise UsageError(f"{path}: the segment file is not valid CSV ({error}); correct it.") from None
 
 
 def _segment(path: Path, number: int, row: Mapping[str, Any]) -> Span:
@@ -246,7 +246,7 @@ def _segment(path: Path, number: int, row: Mapping[str, Any]) -> Span:
         raise UsageError(f"{label} has the role {shown(role)}, expected one of {', '.join(ROLES)}; correct it.")
     name = str(row.get("name") or "").strip()
     if any(mark in name for mark in '/\\:*?"<>|\0') or name in (".", ".."):
-        raise UsageError(f"{label} is named {shown(name)}, which is no file name; take letters, digits, - and _.")
+        raise UsageError(f"{label} is named {shown(name)}, which is not a file name; take letters, digits, - and _.")
     ends = [_seconds(label, key, row.get(key)) for key in ("from", "to")]
     return _checked(Span(path.parent / log.strip(), ends[0], ends[1], role, name), label)
 
@@ -265,7 +265,7 @@ def _no_time() -> float:
 
 
 def require_samples(log: FlightLog, fewest: int = READING.fewest_samples) -> FlightLog:
-    """The log, where it holds enough samples to estimate anything.
+    """The log, where it has enough samples for an estimation.
 
     Raises
     ------

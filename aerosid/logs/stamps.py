@@ -1,4 +1,4 @@
-"""Time stamp faults: no clock, out of order, a restart, strays far from the flight, holes."""
+"""Time stamp faults: no clock, disorder, restarts, stray stamps far from the flight, gaps."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from numpy.typing import NDArray
 from aerosid.logs.recording import AnyArray, Clock, FloatArray, IntArray, Stream
 
 _NAMED = 8
-"""Display: holes in one sentence."""
+"""Display: gaps named in one sentence."""
 
 
 @dataclass(frozen=True)
 class StampSettings:
-    """When stamps count as faulty.
+    """Limits of faulty stamps.
 
     Attributes
     ----------
     hole : float
         Median steps; a longer step cuts the record. From the issue's definition; ordinary jitter and one or two lost
-        samples stay below, and nothing is ever interpolated across more.
+        samples stay below, and longer gaps are never interpolated.
     restart : float
         s; a step back by more begins another run of the recorder where the stamps after it overlap those before.
-        Messages of an EKF lie up to 2.2 ms back, re-sent telemetry up to some tenths of a second.
+        Messages of an EKF are up to 2.2 ms late, re-sent telemetry up to some tenths of a second.
     most_restarts : int
-        More steps back than this are disorder, and no recorder that was started so often.
+        More steps back than this are disorder: no recorder restarts so often.
     stray : float
-        s without any sample between a message and the flight; a latched message older than the log or a wrong stamp
-        stands alone behind so long a silence. Found on PX4's sample_log_small.ulg, which is no evidence for it.
+        s without any sample between a message and the flight; a latched message older than the log or a wrong stamp is
+        separated by so long a silence. Found on PX4's sample_log_small.ulg, which is no evidence for it.
     stray_share : float
-        Of all messages; a group of messages with fewer is stray.
+        Fraction of all messages; a group of messages with fewer is stray.
     coarse_share : float
-        Of the stamps; where more repeat the one before, the clock is coarser than the sampling, and otherwise a stamp
-        is wrong.
+        Fraction of the stamps; where more repeat the preceding one, the clock is coarser than the sampling, otherwise a
+        stamp is wrong.
     """
 
     hole: float = 5.0
@@ -49,7 +49,7 @@ DEFAULTS = StampSettings()
 
 
 def unusable(clock: Clock) -> str | None:
-    """Why stamps tell no time, as a clause, or None where they do.
+    """Why stamps are unusable, as a clause, or None where they are usable.
 
     Parameters
     ----------
@@ -67,12 +67,12 @@ def unusable(clock: Clock) -> str | None:
 
 
 def back_steps(ticks: AnyArray) -> IntArray:
-    """Indices of the samples stamped earlier than the one before them."""
+    """Indices of the samples stamped earlier than the preceding one."""
     return np.flatnonzero(ticks[1:] < ticks[:-1]).astype(np.int64) + 1
 
 
 def restarts(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> IntArray:
-    """Indices at which the clock began anew, rather than a block of samples lying in another order.
+    """Indices at which the clock restarted, in contrast to a block of samples in another order.
 
     Parameters
     ----------
@@ -81,8 +81,8 @@ def restarts(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> IntArra
 
     Notes
     -----
-    A block that was written late fits before or between the others without overlap, and sorting mends it. Two runs of a
-    recorder overlap in time, and sorting would mix two flights.
+    A block written late fits before or between the others without overlap, and is sorted. Two runs of a recorder
+    overlap in time, and sorting would mix two flights.
     """
     back = np.flatnonzero(np.diff(seconds) < -settings.restart) + 1
     if back.size > settings.most_restarts:
@@ -92,7 +92,7 @@ def restarts(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> IntArra
     for index, at in enumerate(back):
         end = int(back[index + 1]) if index + 1 < back.size else seconds.size
         before, after = seconds[start:at], seconds[at:end]
-        # One late sample among others in order is no restart.
+        # A single late sample among ordered ones is not a restart.
         overlap = after.min() <= before.max() and after.max() >= before.min() and after.size > 1
         if (
             overlap
@@ -105,7 +105,7 @@ def restarts(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> IntArra
 
 
 def _fits_between(before: FloatArray, after: FloatArray) -> bool:
-    """Whether no sample of the earlier part lies within the later part's span: then sorting mixes nothing."""
+    """Whether no sample of the earlier part lies within the later part's span: then sorting mixes no runs."""
     ordered = np.sort(before)
     low, high = np.searchsorted(ordered, [after.min(), after.max()], side="left")
     return bool(low == high)
@@ -114,21 +114,21 @@ def _fits_between(before: FloatArray, after: FloatArray) -> bool:
 def boot_numbers(
     streams: list[Stream], settings: StampSettings = DEFAULTS, clocks: tuple[str, ...] = ()
 ) -> list[Stream]:
-    """The streams, each sample numbered by the recorder's start it belongs to, where a clock began anew.
+    """The streams, each sample with the number of the recorder's run it belongs to, where a clock restarted.
 
     Parameters
     ----------
     streams : list of Stream
         Of one recorder; where they are interleaved in the file, each with its `order`.
     settings : StampSettings
-        What counts as a step back.
+        Limits of a step back.
     clocks : tuple of str
-        Names of the clocks that may tell; any, where empty.
+        Names of the clocks that are considered; any, where empty.
 
     Notes
     -----
-    The stream with the most samples tells how often and about where. The cut is the first message of any stream that
-    lies that far back, so that all streams are cut at one place of the file.
+    The stream with the most samples determines the number of restarts and their approximate place. The cut is the first
+    message of any stream that steps back as far, so that all streams are cut at one place of the file.
     """
     usable = [
         stream
@@ -144,7 +144,7 @@ def boot_numbers(
         return [_own_boots(stream, settings) if stream in usable else stream for stream in streams]
     fullest = max(usable, key=lambda stream: stream.clocks[0].ticks.size)
     order = fullest.order
-    assert order is not None  # looked at above
+    assert order is not None  # selected above
     at = restarts(fullest.clocks[0].seconds(), settings)
     if at.size == 0:
         return streams
@@ -160,7 +160,7 @@ def boot_numbers(
 
 
 def _first_back(places: IntArray, seconds: FloatArray, low: int, high: int, settings: StampSettings) -> int:
-    """The first place in (low, high] of a message that is stamped far before those ahead of it."""
+    """The first place in (low, high] of a message stamped far earlier than those before it."""
     first, last = np.searchsorted(places, [low, high], side="right")
     newest = float(np.median(seconds[max(first - 5, 0) : first]))
     between = np.flatnonzero(seconds[first:last] < newest - settings.restart)
@@ -184,7 +184,7 @@ def spread_repeats(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> t
     seconds : ndarray, shape (N,)
         Stamps, not decreasing, s.
     settings : StampSettings
-        From which share of repeats on it is the clock.
+        Fraction of repeated stamps from which on the clock is coarse.
     """
     first = np.flatnonzero(np.concatenate([[True], np.diff(seconds) > 0.0]))
     repeats = seconds.size - first.size
@@ -192,7 +192,7 @@ def spread_repeats(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> t
         return seconds, None
     resolution = float(np.min(np.diff(seconds[first])))
     count = np.diff(np.concatenate([first, [seconds.size]]))
-    # A gap after the stamp is no time in which its samples lie.
+    # The samples of a stamp do not extend into a gap after it.
     room = np.minimum(np.concatenate([np.diff(seconds[first]), [resolution]]), resolution)
     within = np.arange(seconds.size) - np.repeat(first, count)
     spread = seconds + within * np.repeat(room / count, count)
@@ -223,7 +223,7 @@ def holes(seconds: FloatArray, settings: StampSettings = DEFAULTS) -> NDArray[np
 
 @dataclass(frozen=True)
 class Span:
-    """The time in which a recording's samples lie, and how many messages stand far outside.
+    """The time span of a recording's samples, and the number of messages far outside it.
 
     Attributes
     ----------
@@ -240,7 +240,7 @@ class Span:
 
 
 def flight_span(stamps: list[FloatArray], settings: StampSettings = DEFAULTS) -> Span | None:
-    """The span of the groups of messages that make up the recording, stray ones left out; None without stamps.
+    """The span of the groups of messages that form the recording, without stray ones; None without stamps.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def flight_span(stamps: list[FloatArray], settings: StampSettings = DEFAULTS) ->
         return None
     steps = np.diff(pooled)
     moving = steps[steps > 0.0]
-    # A recorder that writes every ten seconds is silent for as long between any two samples.
+    # The median step counts: a recorder that writes every ten seconds is silent for as long between any two samples.
     silence = max(settings.stray, 4.0 * settings.hole * float(np.median(moving)) if moving.size else 0.0)
     cuts = np.flatnonzero(steps > silence) + 1
     groups = np.split(pooled, cuts)
@@ -264,22 +264,22 @@ def flight_span(stamps: list[FloatArray], settings: StampSettings = DEFAULTS) ->
 def hole_notes(
     cuts: list[tuple[float, float]], segments: int, fewest: int, settings: StampSettings = DEFAULTS
 ) -> list[str]:
-    """One sentence on the holes that cut a record; none where there are none.
+    """One sentence on the gaps that divide a record; empty where there are none.
 
     Parameters
     ----------
     cuts : list of (float, float)
-        Start and end of each hole, s.
+        Start and end of each gap, s.
     segments, fewest : int
-        How many stretches are left, of at least how many samples.
+        Number of remaining stretches, and their least number of samples.
     settings : StampSettings
-        What a hole is.
+        Definition of a gap.
     """
     if not cuts:
         return []
     named = ", ".join(f"{high - low:.3g} s after {low:.6g} s" for low, high in cuts[:_NAMED])
     more = f" and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
-    count = "1 hole" if len(cuts) == 1 else f"{len(cuts)} holes"
+    count = "1 gap" if len(cuts) == 1 else f"{len(cuts)} gaps"
     left = "1 segment" if segments == 1 else f"{segments} segments"
     sentence = (
         f"{count} (steps of more than {settings.hole:g} medians, or the recorder's own mark) in the record, none "

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Quantity = TypeVar("Quantity", float, NDArray[np.float64])
-"""A number, or an array of one each sample."""
+"""A number, or an array with one per sample."""
 
 SEA_LEVEL_PRESSURE = 101325.0
 """Standard: Pa; ISO 2533:1975, with the values below."""
@@ -74,7 +74,7 @@ def speed_of_sound(temperature: Quantity) -> Quantity:
 
 
 def impact_ratio(mach: Quantity) -> Quantity:
-    """Impact over static pressure, 1, of subsonic flow of a Mach number, 1.
+    """Impact over static pressure, 1, of subsonic flow at a Mach number, 1.
 
     Notes
     -----
@@ -100,7 +100,7 @@ def calibrated_airspeed(airspeed: float, altitude: float) -> float:
 
     Notes
     -----
-    The airspeed that has the same impact pressure at sea level (Gracey, NASA RP-1046, 1980, eqs. 3.16 and 3.19).
+    The airspeed with the same impact pressure at sea level (Gracey, NASA RP-1046, 1980, eqs. 3.16 and 3.19).
     """
     ratio = impact_ratio(mach_number(airspeed, altitude)) * pressure(altitude) / SEA_LEVEL_PRESSURE
     return float(mach_of_impact(ratio) * speed_of_sound(SEA_LEVEL_TEMPERATURE))
@@ -111,8 +111,8 @@ def true_airspeed(calibrated: Quantity, altitude: Quantity, static_temperature: 
 
     Notes
     -----
-    The impact pressure by which calibrated airspeed is defined at sea level, then the Mach number that has it at the
-    static pressure; subsonic, the same source.
+    The impact pressure that defines calibrated airspeed at sea level, then the Mach number with this impact pressure at
+    the static pressure; subsonic, the same source.
     """
     at_sea_level: Quantity = calibrated / speed_of_sound(SEA_LEVEL_TEMPERATURE)
     ratio: Quantity = impact_ratio(at_sea_level) * SEA_LEVEL_PRESSURE / pressure(altitude)

@@ -1,4 +1,4 @@
-"""Alignment of recorders' clocks: offset and drift between streams from a signal that both hold."""
+"""Alignment of recorders' clocks: offset and drift between streams from a signal that both contain."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from aerosid.signals.clock_alignment import ClockFit, fit_clocks
 
 @dataclass
 class MappedChannel:
-    """One channel of a map on its way into a log.
+    """One channel of a map during its conversion to a log.
 
     Attributes
     ----------
     name : str
         The channel.
     entry : ChannelColumnMap
-        What the map says of it.
+        Its entry in the map.
     found : tuple of Found
-        Its columns, where they are; all of one stream.
+        Its columns, all of one stream.
     clock : Clock
         Its stamps as recorded.
     values : ndarray, shape (N,)
@@ -35,7 +35,7 @@ class MappedChannel:
     unit : str
         As recorded.
     held : bool
-        Whether a sample holds until the next.
+        Whether a sample is held until the next.
     time : ndarray, shape (N,)
         Its stamps on the log's clock, s.
     """
@@ -51,14 +51,14 @@ class MappedChannel:
 
 
 def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Place) -> list[str]:
-    """Brings the stamps of streams onto others' clocks, as the map asks, and says so, a sentence each.
+    """Converts the stamps of streams to the clocks of others, as required by the map; a sentence on each.
 
     Parameters
     ----------
     channels : list of MappedChannel
-        Their `time` is changed.
+        Their `time` is changed in place.
     mapping : ChannelMap
-        Its `align`.
+        The `align` entry of the map.
     place : Place
         The two files, for messages.
 
@@ -75,7 +75,7 @@ def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Pla
         lacking = [key for key in (name, reference) if key not in by_name]
         if lacking:
             raise ChannelMapError(
-                f"{place.map}: [align] names {lacking[0]}, which is no channel of the map; correct it."
+                f"{place.map}: [align] names {lacking[0]}, which is not a channel of the map; correct it."
             )
         moved, fixed = by_name[name], by_name[reference]
         fit = fit_clocks(*_finite(fixed), *_finite(moved))
@@ -84,7 +84,7 @@ def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Pla
                 f"{place.log}: {name} and {reference} do not contain the same signal, so their clocks cannot be "
                 "aligned; remove the pair from [align]."
             )
-        notes.append(f"{_fit_note(name, reference, fit)}; both are taken out")
+        notes.append(f"{_fit_note(name, reference, fit)}; both are removed")
         for channel in channels:
             if channel.found[0].stream is moved.found[0].stream:
                 channel.time = fit.first(channel.time)
@@ -92,7 +92,7 @@ def align_streams(channels: list[MappedChannel], mapping: ChannelMap, place: Pla
 
 
 def unaligned_streams(channels: list[MappedChannel], mapping: ChannelMap) -> list[str]:
-    """How the clocks of streams run that hold one quantity, `q` and `q_logger`, where nobody asked; a sentence each."""
+    """Relative drift of clocks of streams of one quantity, `q` and `q_logger`, not aligned by the map, as sentences."""
     notes = []
     by_name = {channel.name: channel for channel in channels}
     for name, other in by_name.items():
@@ -103,7 +103,9 @@ def unaligned_streams(channels: list[MappedChannel], mapping: ChannelMap) -> lis
             continue
         fit = fit_clocks(*_finite(reference), *_finite(other))
         if fit is not None and abs(fit.offset) > READING.clocks_apart * fit.offset_std:
-            notes.append(f'{_fit_note(name, reference.name, fit)}; `{name} = "{reference.name}"` in [align] does it')
+            notes.append(
+                f'{_fit_note(name, reference.name, fit)}; `{name} = "{reference.name}"` in [align] aligns them'
+            )
     return notes
 
 

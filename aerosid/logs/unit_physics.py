@@ -1,4 +1,4 @@
-"""Units and signs of unnamed channels from physics: theta' = q, one g in level flight, h' = V sin gamma."""
+"""Units and signs of channels from physics: theta' = q, one g in level flight, h' = V sin gamma."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from aerosid.nomenclature import CHANNELS
 
 @dataclass(frozen=True)
 class ProposalSettings:
-    """When physics decides.
+    """Limits of the physical relations.
 
     Attributes
     ----------
     likeness : float
-        A slope or mean counts as a value within this share of it. Sensors' scale errors are below; the units that are
-        told apart differ by 1.6 and more.
+        A slope or mean equals a value within this fraction of it. Scale errors of sensors are smaller; the units to be
+        distinguished differ by a factor of 1.6 and more.
     level_bank : float
-        rad; samples with more bank are no level flight.
+        rad; samples with more bank are not level flight.
     flying : float
-        Of the greatest airspeed; samples slower are on the ground.
+        Fraction of the greatest airspeed; slower samples are on the ground.
     right_answer : float
-        Correlation of the elevator's with the pitch acceleration's changes that tells the elevator's sign; -0.4 to
+        Correlation of the elevator's and the pitch acceleration's changes that determines the elevator's sign; -0.4 to
         -0.85 on doublets and 3-2-1-1 of five aircraft (`QualitySettings.wrong_answer`).
     """
 
@@ -45,19 +45,19 @@ class ProposedChannel:
     Attributes
     ----------
     column : str
-        Where it is.
+        Its column.
     unit : str
-        Of its numbers; empty where neither file nor physics tells it.
+        Of its numbers; empty where neither file nor physics determines it.
     sign : int
         By physics, or 1.
     offset : float
         By physics, in the unit.
     scale : float
-        Of a ready map: what brings the numbers to the unit.
+        From a ready map: factors to the unit.
     reasons : list of str
-        What decided.
+        The reason for the choice.
     asked : bool
-        Whether a person has to confirm it before it is used.
+        Whether a person has to confirm it before use.
     """
 
     column: str
@@ -70,23 +70,23 @@ class ProposedChannel:
 
 
 def apply_physics(channels: dict[str, ProposedChannel], log: FlightLog | None, settings: ProposalSettings) -> None:
-    """Fills in units, signs and offsets from what ties the channels to each other, each with its reason.
+    """Fills in units, signs and offsets from the physical relations between channels, each with its reason.
 
     Parameters
     ----------
     channels : dict of str to ProposedChannel
         By the glossary's name; changed in place.
     log : FlightLog or None
-        The raw numbers of these channels on one time base, in whatever unit they are; None where there is no time.
+        The raw numbers of these channels on one time base, in unknown units; None where there is no time.
     settings : ProposalSettings
-        When physics decides.
+        Limits of the relations.
     """
     for name, proposed in channels.items():
         try:
             if proposed.unit:
                 conversion(proposed.unit, CHANNELS[name].unit)
         except UnitProblem:
-            proposed.reasons.append(f"the file's unit {proposed.unit!r} is no unit of this channel")
+            proposed.reasons.append(f"the file's unit {proposed.unit!r} is not a unit of this channel")
             proposed.unit = ""
         if not proposed.unit and CHANNELS[name].unit == "1":
             proposed.unit = "1"
@@ -98,19 +98,19 @@ def apply_physics(channels: dict[str, ProposedChannel], log: FlightLog | None, s
     _judge_elevator(channels, log, settings)
 
 
-# Units of an angle and its rate, and how many of the file's angle come of one of its rate in a second.
+# Units of an angle and its rate, and the number of the file's angle units per one of its rate and second.
 _PAIRS = (
     ("rad", "rad/s", 1.0),
     ("deg", "deg/s", 1.0),
     ("deg", "rad/s", float(np.degrees(1.0))),
     ("rad", "deg/s", float(np.radians(1.0))),
 )
-# Angles and rates of an instrument are written in one unit.
+# Angles and rates of one instrument usually have the same unit.
 _ALIKE = (("phi", "theta"), ("psi", "theta"), ("alpha", "theta"), ("beta", "theta"), ("p", "q"), ("r", "q"))
 
 
 def _judge_angles(channels: dict[str, ProposedChannel], log: FlightLog, settings: ProposalSettings) -> None:
-    """Theta' = q: which of the two is in degrees, and whether one is turned."""
+    """Theta' = q: which of the two is in degrees, and whether one has the opposite sign."""
     slope = pitch_factor(FlightLog("proposal", log.time, {k: log[k] for k in ("theta", "q") if k in log}))
     if slope is None:
         return
@@ -133,7 +133,7 @@ def _judge_angles(channels: dict[str, ProposedChannel], log: FlightLog, settings
 
 
 def _level(channels: dict[str, ProposedChannel], log: FlightLog, settings: ProposalSettings) -> NDArray[np.bool_]:
-    """Which samples are level flight, as far as bank and airspeed tell; shape (N,)."""
+    """Which samples are level flight, judged by bank and airspeed; shape (N,)."""
     level = np.ones(log.samples, dtype=bool)
     if "phi" in log:
         bank = np.abs(log["phi"]) * (float(np.radians(1.0)) if channels["phi"].unit == "deg" else 1.0)
@@ -143,7 +143,7 @@ def _level(channels: dict[str, ProposedChannel], log: FlightLog, settings: Propo
     return level
 
 
-# Mean in level flight, and the unit, sign and offset that make it a_z = -9.81 m/s^2.
+# Mean in level flight, and the unit, sign and offset that convert it to a_z = -9.81 m/s^2.
 _CONVENTIONS = (
     (-9.80665, "m/s^2", 1, 0.0, "specific force, positive down"),
     (9.80665, "m/s^2", -1, 0.0, "specific force, positive up"),
@@ -154,7 +154,7 @@ _CONVENTIONS = (
 
 
 def judge_load_factor(channels: dict[str, ProposedChannel], log: FlightLog, settings: ProposalSettings) -> None:
-    """The convention of a_z by its mean in level flight, to be confirmed where it is a load factor.
+    """The convention of a_z from its mean in level flight, to be confirmed where it is a load factor.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def judge_load_factor(channels: dict[str, ProposedChannel], log: FlightLog, sett
         if abs(mean - expected) < settings.likeness * max(abs(expected), 1.0):
             proposed.unit, proposed.sign, proposed.offset = unit, sign, offset
             proposed.reasons.append(f"mean {mean:.3g} in level flight: {words}")
-            # Instruments of one name write either: a person says which.
+            # Instruments of the same name use either convention: the user has to decide.
             proposed.asked = unit == "g"
             return
     proposed.asked = True

@@ -45,7 +45,7 @@ from aerosid.loop.verdict import (
     summarise,
     validation_decisions,
 )
-from aerosid.model_error.paper_chain import Chain
+from aerosid.model_error.paper_chain.chain import Chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import note_on_confirmed
 from aerosid.search.final_significance import note_on_eliminated

@@ -12,7 +12,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.model_validation.goodness import variance_inflation
-from aerosid.model_error.paper_chain import Chain
+from aerosid.model_error.paper_chain.chain import Chain
 from aerosid.notation import number, plain
 from aerosid.search.attribution import Attribution
 

@@ -28,14 +28,14 @@ from aerosid.loop.methods import IdentificationProblem, MethodResult, run_method
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_unmeasured_sideslip
-from aerosid.model_error.paper_chain import Chain, run_chain
+from aerosid.model_error.paper_chain.chain import Chain, run_chain
 from aerosid.search.attribution import Attribution
 from aerosid.search.candidate_terms import candidate_entries
 from aerosid.search.indistinguishable_terms import IndistinguishableTerm
 from aerosid.search.structure_search import StructureSearch
 
 if TYPE_CHECKING:
-    from aerosid.model_error.in_flight import Frame
+    from aerosid.model_error.paper_chain.in_flight import Frame
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,10 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     EstimationError
         Where the recursion leaves the model's range.
     """
-    from aerosid.model_error.in_flight import InFlightSettings, frames  # late: of all runs a replay alone needs it
+    from aerosid.model_error.paper_chain.in_flight import (  # late: of all runs a replay alone needs it
+        InFlightSettings,
+        frames,
+    )
 
     aircraft, (log,), _ = at_own_loading(aircraft, [log], [])
     model, candidates = declared_with_candidates([log], [], aircraft)

@@ -12,9 +12,9 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.force_history import ErrorHistory, smoothed_histories
-from aerosid.model_error.paper_chain import Chain, ChainSettings, run_chain
-from aerosid.model_error.screening import (
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory, smoothed_histories
+from aerosid.model_error.paper_chain.chain import Chain, ChainSettings, run_chain
+from aerosid.model_error.paper_chain.screening import (
     RegressorPicture,
     ScreeningRow,
     closest_rivals,

@@ -25,9 +25,9 @@ from aerosid.loop.roles import ROLES
 from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.settings import USUAL, LoopSettings, Method
 from aerosid.loop.verdict import Verdict
-from aerosid.model_error.coefficient_match import CoefficientRow
-from aerosid.model_error.force_history import ErrorHistory
-from aerosid.model_error.screening import RegressorPicture, ScreeningRow
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory
+from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
+from aerosid.model_error.paper_chain.screening import RegressorPicture, ScreeningRow
 
 if TYPE_CHECKING:
     import pandas as pd

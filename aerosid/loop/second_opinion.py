@@ -13,7 +13,7 @@ from aerosid.estimation.open_loop import on_log, respond
 from aerosid.loop.methods import IdentificationProblem, MethodResult, by_model_error
 from aerosid.loop.model_validation.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.swept_model import SweepSettings
+from aerosid.model_error.flight_sweeps.swept_model import SweepSettings
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import labels, named

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from aerosid.equation_error.settings import EquationErrorSettings
-from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.search.settings import AttributionSettings
 

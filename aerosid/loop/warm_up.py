@@ -30,9 +30,9 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.flying_qualities.linear_analysis import condition_of
-from aerosid.model_error.coefficient_match import explained_shares
-from aerosid.model_error.force_history import smoothed_histories
-from aerosid.model_error.paper_chain import run_chain
+from aerosid.model_error.aircraft_error.force_history import smoothed_histories
+from aerosid.model_error.paper_chain.chain import run_chain
+from aerosid.model_error.paper_chain.coefficient_match import explained_shares
 
 _AIRCRAFT = "light_transport"
 _FLIGHTS = ("light_transport_doublet.csv", "light_transport_3211.csv")

@@ -1,8 +1,8 @@
 """Reports of a closed loop: result.json, tables, page and paper, a summary on the terminal.
 
-`result_schema` and `tables` are what scripts read. `sections` says what the report holds, each with a template in
-templates/, and `figures` what it shows; `page` makes report.html of it and `paper` report.pdf. `writing` puts all files
-in place at once.
+`result_schema` and `tables` define what scripts read. `sections` contains the sections of the report, each with a
+template in templates/, and `figures` its figures; `page` assembles report.html and `paper` report.pdf. `writing` puts
+all files in place at once.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _HOMES = {
     "result_file": "result_json",
     "write_report": "writing",
 }
-"""Where each name is defined. A process that flies JSBSim needs the export's units and none of these."""
+"""Module that defines each name. A process that runs JSBSim needs the units of the export and none of these."""
 
 __all__ = [
     "ResultFile",
@@ -39,7 +39,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """A public name, imported from its home; AttributeError for any other."""
+    """A public name, imported from the module that defines it; AttributeError for any other."""
     if name not in _HOMES:
         raise AttributeError(f"module 'aerosid.reporting' has no attribute {name!r}")
     import importlib

@@ -1,4 +1,4 @@
-"""Tables of an aircraft file as it was understood, and of the bundled aircraft, for the terminal."""
+"""Tables of an aircraft file as interpreted, and of the bundled aircraft, for the terminal."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def print_aircraft_list(craft: Iterable[Aircraft], console: Console) -> None:
 
 
 def _reference(aircraft: Aircraft) -> list[tuple[str, str, str]]:
-    """Reference values with their units, and what takes their place where they are not given."""
+    """Reference values with their units, and the substitutes for those not given."""
 
     def given(value: float | None, otherwise: str) -> str:
         return otherwise if value is None else plain(value)

@@ -9,14 +9,14 @@ from aerosid.logs.channel_listing import Listing
 from aerosid.notation import number
 
 _HOLES_NAMED = 3
-"""Display: holes of a recording that a sentence names."""
+"""Display: gaps of a recording named in one sentence."""
 
 _MOST_CHANNELS = 400
-"""Display: rows on a screen; the rest is counted, and in full with --json."""
+"""Display: rows on a screen; the remaining ones are counted, and listed in full with --json."""
 
 
 def print_channels(listing: Listing, channel_map: str, path: str, console: Console) -> None:
-    """Prints a recording's streams, its channels, what is wrong, and a proposed map.
+    """Prints a recording's streams, its channels, its problems, and a proposed map.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def print_channels(listing: Listing, channel_map: str, path: str, console: Conso
     path : str
         The file, for the title.
     console : Console
-        Where to.
+        Console to print on.
     """
     print_streams(listing, path, console)
     table = Table(title="Channels", title_justify="left")
@@ -56,7 +56,7 @@ def print_channels(listing: Listing, channel_map: str, path: str, console: Conso
 
 
 def print_streams(listing: Listing, path: str, console: Console) -> None:
-    """Prints first and last time, rate and holes of each stream.
+    """Prints first and last time, rate and gaps of each stream.
 
     Parameters
     ----------
@@ -65,12 +65,12 @@ def print_streams(listing: Listing, path: str, console: Console) -> None:
     path : str
         The file, for the title.
     console : Console
-        Where to.
+        Console to print on.
     """
     table = Table(title=f"{path} ({listing.format})", title_justify="left")
     for heading in ("stream", "stamps"):
         table.add_column(heading, overflow="fold")
-    for heading in ("samples", "rate [Hz]", "first [s]", "last [s]", "holes"):
+    for heading in ("samples", "rate [Hz]", "first [s]", "last [s]", "gaps"):
         table.add_column(heading, justify="right")
     for stream in listing.streams:
         named = ", ".join(f"{length:.3g} s at {at:.6g}" for at, length in stream.holes[:_HOLES_NAMED])
@@ -88,14 +88,14 @@ def print_streams(listing: Listing, path: str, console: Console) -> None:
 
 
 def print_notes(listing: Listing, console: Console) -> None:
-    """Prints what is lost, odd or refused.
+    """Prints lost data, irregularities and refused data.
 
     Parameters
     ----------
     listing : Listing
         From `list_channels`.
     console : Console
-        Where to.
+        Console to print on.
     """
     for note in listing.notes:
         console.print(f"note: {note}", soft_wrap=True)

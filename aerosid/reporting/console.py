@@ -1,4 +1,4 @@
-"""A closed loop in one screenful of a terminal."""
+"""Summary of a closed loop on one screen of a terminal."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found.
+        The result of close-loop.
     console : Console
-        Where to. Texts from files are printed as they are, never read as markup.
+        Console to print on. Texts from files are printed as they are, never interpreted as markup.
     """
     console.print(Text(result.verdict.name.lower().replace("_", " "), style=_STYLES[result.verdict]))
     console.print(Text(in_words(result.summary)), soft_wrap=True)
@@ -58,7 +58,7 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
 
 
 def print_predictions(result: ClosedLoop, console: Console) -> None:
-    """Prints R^2 of predictions of the last flight, one not used in the fit where there is any."""
+    """Prints R^2 of predictions of the last flight, preferably of one not used in the fit."""
     if result.predictions:
         last = result.predictions[-1]
         rows = [row for row in result.predictions if row.log == last.log]
@@ -66,7 +66,7 @@ def print_predictions(result: ClosedLoop, console: Console) -> None:
 
 
 def print_next_flight(result: ClosedLoop, console: Console) -> None:
-    """Prints the next flight, where a question is open."""
+    """Prints the next flight, where there is an open question."""
     if result.next_flight is not None:
         console.print(Text(in_words(_next_flight(result.next_flight))), soft_wrap=True)
 
@@ -87,7 +87,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
     for effect in effects:
         evidence = effect.evidence
         gain = evidence.validation_gain if evidence.hold_out_gain is None else evidence.hold_out_gain
-        said = number(effect.worse_by, 2) if listed else MISSING if gain is None else number(gain, 2)
+        criterion = number(effect.worse_by, 2) if listed else MISSING if gain is None else number(gain, 2)
         sentence = effect_sentence(effect) + (f", replacing {effect.instead_of}" if effect.instead_of else "")
         cells = (
             str(effect.rank),
@@ -95,7 +95,7 @@ def _effects(title: str, effects: Sequence[Effect]) -> Table:
             with_deviation(effect.value, effect.std_error),
             effect.unit,
             p_value(effect.evidence.p_value),
-            said,
+            criterion,
         )
         table.add_row(*(Text(in_words(cell)) for cell in cells))
     return table

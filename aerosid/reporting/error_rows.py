@@ -12,11 +12,11 @@ from aerosid.notation import SUPERSCRIPTS, listed
 from aerosid.reporting.roles import label_of
 
 MOST_TICKS = 2
-"""Display: spaces between the numbers of the scale at most: more would touch one another."""
+"""Display: maximum number of intervals of the scale: more would make the numbers overlap."""
 
 
 def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]:
-    """The rows of each log of a result with its name, role and what it was used for, in their order."""
+    """The error rows of each log of a result, with its name, role and use, in their order."""
     logs = dict.fromkeys((row.log, row.role) for row in rows)
     return [
         {
@@ -31,7 +31,7 @@ def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]
 
 
 def note_on_unknown_noise(rows: Sequence[ErrorRow]) -> str:
-    """Whose noise of one log cannot be estimated, and why; empty where all can."""
+    """Channels of one log whose noise cannot be estimated, with the reason; empty where it can for all."""
     channels: dict[str, list[str]] = {}
     for row in rows:
         if row.noise_doubt:
@@ -43,7 +43,7 @@ def note_on_unknown_noise(rows: Sequence[ErrorRow]) -> str:
 
 
 def noise_scale(rows: Sequence[ErrorRow]) -> dict[str, Any]:
-    """Where errors stand on a line from the noise (1) to the largest multiple of it, in per cent of its length."""
+    """Positions of errors on a scale from the noise (1) to the largest multiple of it, in per cent of its length."""
     known = [row for row in rows if row.noise > 0.0 and not row.noise_doubt]
     multiples = [value / row.noise for row in known for value in (row.before, row.after) if value]
     decades = max(1.0, math.log10(max(multiples, default=10.0)))

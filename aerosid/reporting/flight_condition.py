@@ -21,7 +21,7 @@ FOOT, KNOT = 0.3048, 1852.0 / 3600.0
 
 @dataclass(frozen=True)
 class FlightCondition:
-    """The condition of one log: texts by what they are called."""
+    """The condition of one log: quantity -> text."""
 
     log: str
     role: str
@@ -29,16 +29,16 @@ class FlightCondition:
 
 
 def flight_condition(log: FlightLog, role: str, aircraft: Aircraft) -> FlightCondition:
-    """Mean values over the record, with their range where they vary; `not recorded` where neither file says.
+    """Mean values over the record, with their range where they vary; `not recorded` where neither file gives them.
 
     Parameters
     ----------
     log : FlightLog
-        One recording, cut to what was used.
+        One recording, cut to the span used.
     role : str
         What it was used for.
     aircraft : Aircraft
-        Gives mass and air density where the log does not.
+        Source of mass and air density where the log does not contain them.
     """
     entries = {
         "altitude": _altitude(log),
@@ -54,18 +54,18 @@ def flight_condition(log: FlightLog, role: str, aircraft: Aircraft) -> FlightCon
 
 
 def _configured(aircraft: Aircraft, name: str) -> str:
-    """What the aircraft file says of the configuration as flown."""
+    """Configuration as flown, from the aircraft file."""
     return aircraft.configuration.get(name, NOT_RECORDED)
 
 
 def _centre_of_gravity(log: FlightLog, aircraft: Aircraft) -> str:
-    """The file's words, and what the fuel used has moved it by."""
-    said = _configured(aircraft, "centre_of_gravity")
+    """The centre of gravity in the file's words, and its shift due to the fuel used."""
+    declared = _configured(aircraft, "centre_of_gravity")
     if aircraft.fuel is None or not aircraft.fuel.x_cg or not _held(log, "fuel_used"):
-        return said
+        return declared
     ahead = float(np.mean(aircraft.fuel.centre_at(log["fuel_used"][np.isfinite(log["fuel_used"])])))
     moved = f"{number(ahead, 2)} m ahead of the declared one, by fuel used"
-    return moved if said == NOT_RECORDED else f"{said}; {moved}"
+    return moved if declared == NOT_RECORDED else f"{declared}; {moved}"
 
 
 def _held(log: FlightLog, name: str) -> bool:

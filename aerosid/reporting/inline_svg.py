@@ -1,7 +1,7 @@
-"""A matplotlib figure as SVG inside the page: its colours and fonts follow the page's style sheet, its text stays text.
+"""A matplotlib figure as SVG inside the page: with colours and fonts of the page's style sheet, and text as text.
 
-Matplotlib knows no style sheets, so figures are drawn with one stand-in colour for each role, which becomes a variable
-of the page here, and with the role as the artist's gid, which becomes a class.
+Matplotlib has no style sheets, so figures are drawn with a stand-in colour for each role, which is replaced by a
+variable of the page here, and with the role as the artist's gid, which becomes a class.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ COLOURS = {role: f"#{i:02x}fe{i:02x}" for i, role in enumerate(ROLES, start=1)}
 """The stand-in colour of each role."""
 
 FONT_SIZE = 8.0
-"""Display: pt; on A4 a figure is printed at about its own size."""
+"""Display: pt; printed at about this size on A4."""
 
 _SETTINGS: Any = {
-    "svg.fonttype": "none",  # text for the reader, the search and the screen reader, not outlines
+    "svg.fonttype": "none",  # text can be searched and read aloud, outlines cannot
     "svg.hashsalt": "aerosid",
     "path.simplify": True,
     "path.simplify_threshold": 1.0 / 9.0,
     "font.family": ["sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"],  # travels with matplotlib: the layout is the same on every machine
+    "font.sans-serif": ["DejaVu Sans"],  # bundled with matplotlib: the layout is the same on every machine
     "font.size": FONT_SIZE,
     "text.usetex": False,
     "axes.unicode_minus": True,
@@ -67,11 +67,11 @@ _DOT = re.compile(r"M([-\d.]+) ([-\d.]+)L\1 \2(?=M|$)")
 
 @contextmanager
 def drawing_style() -> Iterator[None]:
-    """The settings under which figures are made and written, whatever the user's own matplotlib settings are."""
+    """The settings under which figures are made and written, independent of the user's matplotlib settings."""
     import matplotlib as mpl
 
     with mpl.rc_context(_SETTINGS), warnings.catch_warnings():
-        # A channel may be named in a script that the layout font lacks; the browser has a font for it.
+        # A channel's name may contain a script that the layout font lacks; the browser has a font for it.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         yield
 
@@ -86,7 +86,7 @@ def inline_svg(figure: Figure, identity: str, label: str) -> Markup:
     identity : str
         Prefix of every id in it, different for each figure of a page.
     label : str
-        What the figure shows, for those who cannot see it.
+        Text alternative, for readers who cannot see it.
     """
     stream = io.StringIO()
     nothing: Mapping[str, None] = dict.fromkeys(("Creator", "Date", "Format", "Type"))
@@ -106,14 +106,14 @@ def inline_svg(figure: Figure, identity: str, label: str) -> Markup:
 
 
 def _compact(path: str) -> str:
-    """Path data to a hundredth of a point, without blanks that SVG does not need; points of no length as dots."""
+    """Path data to a hundredth of a point, without blanks that SVG does not need; paths of zero length as dots."""
     data = _DECIMALS.sub("", " ".join(path.split()))
     data = re.sub(r" ?([MLCQz]) ?", r"\1", data)
     return _DOT.sub(r"M\1 \2h0", data)
 
 
 def _identities(body: str, prefix: str) -> str:
-    """Ids that something refers to, numbered anew with the prefix; roles as classes; no others."""
+    """Ids that are referred to, renumbered with the prefix; roles as classes; no other ids."""
     numbered = {name: f"{prefix}-{i}" for i, name in enumerate(dict.fromkeys(_REFERENCE.findall(body)))}
 
     def renamed(found: re.Match[str]) -> str:

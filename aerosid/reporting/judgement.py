@@ -1,4 +1,4 @@
-"""Remarks on a result: the decision that the engineer has to make, and the open points."""
+"""Remarks on a result: the recommended decision, and the open points."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ def open_points(result: ClosedLoop) -> tuple[str, ...]:
 
 
 def fits_better(effect: Effect) -> bool:
-    """Whether an alternative fits better than the chosen effect by more than the margin of indecision."""
+    """Whether an alternative fits better than the chosen effect by more than the margin of indistinguishability."""
     return effect.worse_by is not None and effect.margin is not None and effect.worse_by < -effect.margin
 
 
 def headline_rows(result: ClosedLoop) -> tuple[ErrorRow, ...]:
-    """Rows of the headline error: of the logs least involved in decisions."""
+    """Rows of the headline error: those of the logs with the least influence on decisions."""
     role = headline_role(result.errors)
     return tuple(row for row in result.errors if row.role == role)
 
@@ -111,7 +111,7 @@ def _alternatives_to(chosen: str, alternatives: Sequence[Effect]) -> Iterator[st
 
 
 def noise_is_the_measure(result: ClosedLoop) -> bool:
-    """Whether simulation errors are given in units of the noise: not in turbulence or behind a recorder's filter.
+    """Whether simulation errors are given in units of the noise: not in turbulence or after a recorder's filter.
 
     There the equations decide: open-loop errors are due to the turbulence, and the recorder's filter sets the noise.
     """
@@ -144,7 +144,7 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
             f"{row.channel} ({number((_rest(row) or 0.0) / row.noise, 2)} times)" if measured else row.channel
             for row in above
         ]
-        why = ": there is turbulence or recorder filtering, and the ratio to the noise is no measure of the model"
+        why = ": there is turbulence or recorder filtering, and the ratio to the noise does not measure the model"
         yield f"On {log} the error remains above the measurement noise in {listed(times)}{'' if measured else why}."
 
 

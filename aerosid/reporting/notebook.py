@@ -1,4 +1,4 @@
-"""Results in a notebook: a closed loop that shows, draws and writes itself."""
+"""Results in a notebook: a closed loop with a display, plots and files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Result(ClosedLoop):
-    """A closed loop with what a notebook asks of it; all its data are those of `ClosedLoop`."""
+    """A closed loop with methods for a notebook; all its data are those of `ClosedLoop`."""
 
     @classmethod
     def of(cls, closed: ClosedLoop) -> Result:
@@ -40,7 +40,7 @@ class Result(ClosedLoop):
         return write_report(self, Path(folder), interactive=interactive)
 
     def plot(self, log: str | None = None) -> Figure:
-        """Measured, re-estimated and completed response of one log, by default of the last that was not fitted.
+        """Measured, re-estimated and completed response of one log, by default of the last one not used in the fit.
 
         Parameters
         ----------
@@ -50,12 +50,12 @@ class Result(ClosedLoop):
         Returns
         -------
         matplotlib.figure.Figure
-            One strip a channel, in degrees where it is an angle, over the log's own time, s.
+            One strip per channel, in degrees where it is an angle, over the log's own time, s.
 
         Raises
         ------
         UsageError
-            Where the result holds no such log.
+            Where the result contains no such log.
         """
         return _histories(self._simulated(log), self)
 
@@ -69,7 +69,7 @@ class Result(ClosedLoop):
         raise UsageError(f"the result holds no log {log!r}, expected one of {found}; give one of these names.")
 
     def _repr_html_(self) -> str:
-        """Verdict, sentence, effects, derivatives and errors, as a notebook shows them."""
+        """Verdict, sentence, effects, derivatives and errors, as displayed by a notebook."""
         verdict = self.verdict.name.lower().replace("_", " ")
         parts = [f"<p><b>{escape(verdict)}</b>. {escape(self.summary)}</p>"]
         if self.effects:
@@ -97,10 +97,10 @@ def close_loop(
     hold_out: Sequence[FlightLog] = (),
     provenance: Provenance = NOBODY,
 ) -> Result:
-    """What the declared model lacks, the completed model and the errors before and after, on every log.
+    """The effects missing from the declared model, the completed model and the errors before and after, on every log.
 
-    As `aerosid.loop.closed_loop.close_loop`, whose parameters and exceptions are the same, with a result that shows,
-    draws and writes itself.
+    As `aerosid.loop.closed_loop.close_loop`, with the same parameters and exceptions; the result has methods for
+    display, plots and files.
     """
     closed = closed_loop.close_loop(
         identification, aircraft, validation, settings, progress, hold_out=hold_out, provenance=provenance
@@ -134,7 +134,7 @@ def _derivatives(result: ClosedLoop) -> list[list[str]]:
 
 
 def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table of texts, every one of them escaped."""
+    """A table of texts, all of them escaped."""
     heading = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><caption>{escape(title)}</caption><thead><tr>{heading}</tr></thead><tbody>{body}</tbody></table>"

@@ -1,4 +1,4 @@
-"""Assemble report.html: one file with style, figures and scripts inside, that loads nothing."""
+"""Assembly of report.html: one file that contains style, figures and scripts, and loads nothing."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def report_html(result: ClosedLoop, report: Report | None = None, *, interactive
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found. Every text in it is escaped.
+        The result of close-loop. Every text in it is escaped.
     report : Report, optional
-        Its sections, where they are composed already.
+        Its sections, where they have been composed already.
     interactive : bool
-        Whether figures can be zoomed: plotly's script, 5 MB, stands in the page then. The still figures stand in it
-        either way, for paper and for readers without scripts.
+        Whether figures can be zoomed; plotly's script, 5 MB, is then part of the page. The still figures are included
+        in both cases, for printing and for readers without scripts.
 
     Notes
     -----
-    The page forbids itself requests, and scripts but its own by their checksums (Content-Security-Policy), so that
-    even a text that escaped the escaping could do nothing.
+    The page forbids requests, and scripts other than its own by their checksums (Content-Security-Policy), so that even
+    an unescaped text could do nothing.
     """
     report = report or compose(result)
     scripts = page_scripts(report.figures) if interactive else ()
@@ -51,18 +51,18 @@ def report_html(result: ClosedLoop, report: Report | None = None, *, interactive
 
 @dataclass(frozen=True)
 class Report:
-    """The sections of a report with their bodies, which page and paper share, and its figures."""
+    """The sections of a report with their bodies, shared by page and paper, and its figures."""
 
     parts: tuple[tuple[Section, Markup], ...]
     figures: tuple[Figure, ...]
     title: Markup
     """The title block."""
     facts: tuple[tuple[str, str], ...]
-    """Of the title block, what the head of the page repeats."""
+    """Facts of the title block that the head of each page repeats."""
 
 
 def compose(result: ClosedLoop, *, inline: bool = True) -> Report:
-    """The title block, and every section that the result has something for; `inline`: with the figures as SVG."""
+    """The title block, and every section that applies to the result; `inline`: with the figures as SVG."""
     figures = FigureBook(inline=inline)
     parts = []
     for section in SECTIONS:

@@ -1,4 +1,4 @@
-"""Concurrent typesetting: report.pdf from a process that loads fonts and templates while the result is computed."""
+"""Concurrent typesetting: report.pdf from a process that loads fonts and templates during the computation."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def printing() -> AbstractContextManager[Printer]:
-    """A printer that readies itself beside the block: given the result, it begins and gives what waits for the bytes.
+    """A printer that prepares itself during the block: given the result, it starts and returns a wait for the bytes.
 
-    Without a second core it prints when the bytes are asked for.
+    Without a second core it prints when the bytes are requested.
     """
     return prepared(_printed, _made_ready)
 
@@ -30,7 +30,7 @@ def _printed(result: ClosedLoop) -> bytes:
 
 
 def _made_ready() -> None:
-    """What printing needs of any result: libraries, templates and fonts, which take as long as the printing itself."""
+    """Loads the libraries, templates and fonts of any result, which takes as long as the printing itself."""
     from aerosid.reporting.paper import load_typeface
     from aerosid.reporting.sections import SECTIONS
     from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment

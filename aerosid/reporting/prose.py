@@ -1,4 +1,4 @@
-"""Running text: names out of files set as symbols, names of effects in words, powers and minus signs as printed."""
+"""Running text: names as symbols, names of effects in words, powers and minus signs as printed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aerosid.reporting.words import Symbol, symbol
 
 _VARIABLES = ("p_hat", "q_hat", "r_hat", "V_hat", "alpha_dot_hat")
 _MEASURES = ("n_z", "sigma_w", "sigma_u", "sigma", "L_w", "L_u", "I_xx", "I_yy", "I_zz", "I_xz")
-"""Names in terms and in sentences that are no channels."""
+"""Names in terms and in sentences that are not channels."""
 _DERIVATIVES = [f"{c}_{name}" for c in COEFFICIENTS for name in (*CHANNELS, *_VARIABLES)]
 
 _NAMES = sorted({*CHANNELS, *COEFFICIENTS, *_VARIABLES, *_MEASURES, *_DERIVATIVES}, key=lambda name: -len(name))
@@ -23,7 +23,7 @@ _FACTOR = rf"(?:{_NAME})(?:\^-?\d+)?"
 _TERM = re.compile(rf"(?<![\w./\\-])(?:{_FACTOR})(?:\*{_FACTOR})*(?![\w\\]|/(?!\()|\.\w|-\w)")
 _PART = re.compile(rf"({_NAME})(?:\^(-?\d+))?")
 _PRODUCT = re.compile(r"(?<=>)\*(?=(?:abs|pos)\()|(?<=\))\*(?=<)")
-"""The sign between a factor that is set as a symbol and one in brackets."""
+"""The sign between a factor set as a symbol and one in brackets."""
 _POWER = re.compile(r"(?<=[A-Za-z)\]])\^(-?\d+)")
 _MINUS = re.compile(r"(?<![\w.)\]-])-(?=\d|\.\d)")
 _KINDS = re.compile(
@@ -34,7 +34,7 @@ _KINDS = re.compile(
 def prose(text: str) -> Markup:
     """The text for the page, escaped: `C_m alpha^2` as Cₘ α², `control_lag` in words, m/s^2 as m/s², a true minus.
 
-    Names of files and logs stay as they are: a name that is part of a longer word is none of ours.
+    Names of files and logs are kept: a name that is part of a longer word is not replaced.
     """
     escaped = str(escape(in_words(text)))
     return Markup(_PRODUCT.sub("·", _TERM.sub(_set_term, escaped)))  # safe: escaped, and symbols of our own glossary

@@ -1,4 +1,4 @@
-"""Tables of a log's quality and of its instruments' agreement, for the terminal."""
+"""Tables of a log's quality and of its data compatibility, for the terminal."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from aerosid.reporting.settings import REMARKS
 
 
 def print_quality(quality: LogQuality, console: Console) -> None:
-    """Prints one log's sampling, its channels, and what to do about what is wrong; the verdict is `closing_sentence`.
+    """Prints one log's sampling, its channels, and its problems with remedies; the verdict is `closing_sentence`.
 
     Parameters
     ----------
     quality : LogQuality
         From `check_log`.
     console : Console
-        Where to.
+        Console to print on.
     """
     table = Table(title=f"{quality.path or quality.name}", title_justify="left")
     table.add_column("channel")
@@ -73,7 +73,7 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
     agreement : KinematicConsistency
         From `check_kinematics`.
     console : Console
-        Where to.
+        Console to print on.
     """
     console.print(f"Data compatibility: {agreement.verdict.value}", soft_wrap=True)
     for contradiction in agreement.contradictions:
@@ -121,7 +121,7 @@ def note_on_worse_channels(agreement: KinematicConsistency) -> str:
 
 
 def _findings(agreement: KinematicConsistency) -> Table:
-    """The findings, each with what these flights cannot tell from it."""
+    """The findings, each with the errors that these flights cannot distinguish from it."""
     table = Table(title="Instrument errors from kinematics alone", title_justify="left")
     table.add_column("instrument error")
     table.add_column("where")
@@ -146,15 +146,15 @@ def closing_sentence(
     agreement: KinematicConsistency | None,
     whole_flight: str | None,
 ) -> tuple[str, bool]:
-    """The one verdict on a log, and whether close-loop can use it.
+    """The verdict on a log in one sentence, and whether close-loop can use it.
 
     Parameters
     ----------
     quality : LogQuality
     agreement : KinematicConsistency or None
-        What kinematics say of its instruments; None where that was not or could not be checked.
+        Result of the data compatibility check; None where that was not or could not be made.
     whole_flight : str or None
-        What to do with it where it is a whole flight.
+        Advice for a whole flight.
     """
     lacking = [str(finding) for finding in quality.findings if finding.blocking]
     if whole_flight is not None:
@@ -172,14 +172,14 @@ def closing_sentence(
 
 
 def dynamic_sentence(found: FlightSegmentation) -> str:
-    """The dynamic parts of a log, with the reason where one is no manoeuvre."""
+    """The dynamic stretches of a log, with the reason where one is not a manoeuvre."""
     parts = [f"{entry.start:.1f} to {entry.stop:.1f} s {KIND_WORDS[entry.kind]}" for entry in found.dynamic]
     parts += [f"{entry.start:.1f} to {entry.stop:.1f} s ({entry.reason})" for entry in found.rejected]
     return f"Dynamic: {', '.join(parts)}." if parts else ""
 
 
 def quality_json(quality: LogQuality, agreement: KinematicConsistency | None) -> dict[str, Any]:
-    """What `check --json` says of one log, SI."""
+    """The JSON object of `check --json` for one log, SI."""
     return {
         "log": quality.name,
         "path": portable(quality.path),

@@ -1,4 +1,4 @@
-"""replay.html: a flight's identification to scrub through, in one file that loads nothing."""
+"""replay.html: the recursive identification of a flight with a time slider, in one file that loads nothing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from aerosid.model_error.in_flight import Frame
+from aerosid.model_error.paper_chain.in_flight import Frame
 from aerosid.reporting.scripts import Script, content_policy
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
 
@@ -26,7 +26,7 @@ def render_replay(frames: Sequence[Frame], log: str, aircraft: str, coefficients
     log, aircraft : str
         Names; escaped.
     coefficients : sequence of str
-        Those in which d(t) is shown.
+        Coefficients whose d(t) is shown.
     """
     script = (REPORT_TEMPLATES / "replay.js").read_text(encoding="utf-8")
     scripts = (Script(frames_json(frames), data="replay-data"), Script(script))
@@ -51,13 +51,13 @@ def render_replay(frames: Sequence[Frame], log: str, aircraft: str, coefficients
 
 
 def frames_json(frames: Sequence[Frame]) -> str:
-    """The frames as JSON that may stand inside an element: no `<`, null for what is not known."""
+    """The frames as JSON that is safe inside an element: no `<`, null for unknown values."""
     text = json.dumps([_finite(asdict(frame)) for frame in frames], allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def _finite(value: Any) -> Any:
-    """Numbers to five digits; NaN as None, all the way down."""
+    """Numbers to five digits; NaN as None, at every level."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -68,7 +68,7 @@ def _finite(value: Any) -> Any:
 
 
 def _strip(frames: Sequence[Frame], axis: int) -> tuple[str, tuple[float, float]]:
-    """The path of d in one coefficient, in a box of 1000 by 100, and its range."""
+    """The path of d in one coefficient, scaled to a box of 1000 by 100, and its range."""
     time = np.array([frame.time for frame in frames])
     d = np.array([frame.model_error[axis] for frame in frames])
     present = np.isfinite(d)

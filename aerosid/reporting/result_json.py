@@ -40,7 +40,7 @@ from aerosid.reporting.result_schema import (
 
 
 def input_files(result: ClosedLoop) -> tuple[InputFile, ...]:
-    """The files that the result depends on: logs in the order of the call, then the aircraft file."""
+    """The input files of the result: logs in the order of the call, then the aircraft file."""
 
     def entry(log: FlightLog, role: Role) -> InputFile:
         return InputFile(
@@ -59,7 +59,7 @@ def input_files(result: ClosedLoop) -> tuple[InputFile, ...]:
 
 
 def portable(path: str) -> str:
-    """A path as the user named it; of an absolute one its last part, for a folder of this machine says nothing."""
+    """A path as given; an absolute one by its last part, since a folder of one machine means nothing elsewhere."""
     return Path(path).name if Path(path).is_absolute() else path
 
 
@@ -69,7 +69,7 @@ def result_file(result: ClosedLoop) -> ResultFile:
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found. NaN and infinite numbers become null.
+        The result of close-loop. NaN and infinite numbers become null.
     """
     return ResultFile(
         schema_=SCHEMA,
@@ -105,7 +105,7 @@ def result_file(result: ClosedLoop) -> ResultFile:
 
 
 def kinematics_entry(agreement: KinematicConsistency | None) -> KinematicsEntry | None:
-    """Whether the instruments agree, as result.json says it; None where that was not asked."""
+    """The data compatibility as in result.json; None where it was not checked."""
     if agreement is None:
         return None
     values = {entry.name: getattr(agreement, entry.name) for entry in fields(agreement)}
@@ -123,9 +123,9 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time`, `along`, `parameters`, `hold_out_gain`, `confirmation` and `unseen_better` are left out of effects that
-    have none, `next_flight` where nothing is left to decide, `second_opinion` where none was asked, and `kinematics`
-    where too few channels are there; every other key always stands.
+    `time`, `along`, `parameters`, `hold_out_gain`, `confirmation` and `unseen_better` are omitted from effects that
+    have none, `next_flight` where no question is open, `second_opinion` where none was computed, and `kinematics`
+    where too few channels are recorded; every other key is always present.
     """
     document = result_file(result).model_dump(by_alias=True)
     for effect in (*document["effects"], *document["alternatives"]):
@@ -148,6 +148,6 @@ _SELDOM_EVIDENCE = ("hold_out_gain", "confirmation", "unseen_better")
 
 
 def _effect(effect: Effect) -> Mapping[str, Any]:
-    """The effect's fields, without parameters where it has none."""
+    """The effect's fields, without `parameters` where it has none."""
     values = {entry.name: getattr(effect, entry.name) for entry in fields(effect)}
     return {**values, "along": effect.along or None, "parameters": dict(effect.parameters) or None}

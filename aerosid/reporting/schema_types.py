@@ -1,4 +1,4 @@
-"""Types of the schemas: numbers that JSON can hold, texts that UTF-8 can hold, frozen rows."""
+"""Types of the schemas: numbers that JSON can represent, texts that UTF-8 can encode, frozen rows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 
 def finite_or_none(number: Any) -> Any:
-    """The number as a float; None where it is None, NaN or infinite, none of which JSON can hold."""
+    """The number as a float; None where it is None, NaN or infinite, none of which JSON can represent."""
     if number is None or not math.isfinite(number):
         return None
     return float(number)
@@ -19,7 +19,7 @@ Number = Annotated[float | None, BeforeValidator(finite_or_none)]
 
 
 def encodable(text: Any) -> Any:
-    """The text with what UTF-8 cannot hold written out: a path on disk may be any bytes."""
+    """The text with characters that UTF-8 cannot encode written out: a path on disk may be any bytes."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8") if isinstance(text, str) else text
 
 

@@ -1,4 +1,4 @@
-"""The scripts that stand inside a page, and the policy that lets these run and no other."""
+"""The scripts inside a page, and the policy that permits only these."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ class Script:
 
     text: str
     data: str = ""
-    """The id of a data block; empty for what is run."""
+    """The id of a data block; empty for executed scripts."""
 
     @property
     def element(self) -> Markup:
-        """The element for the page."""
+        """The element in the page."""
         opening = f'<script type="application/json" id="{self.data}">' if self.data else "<script>"
         return Markup(f"{opening}{self.text}</script>")  # safe: plotly's, ours, or JSON without `<`
 
     @property
     def checksum(self) -> str:
-        """SHA-256 as a Content-Security-Policy names it."""
+        """SHA-256 in the notation of a Content-Security-Policy."""
         return base64.b64encode(hashlib.sha256(self.text.encode("utf-8")).digest()).decode("ascii")
 
 
 def page_scripts(figures: Sequence[Figure]) -> tuple[Script, ...]:
-    """The figures' data, plotly, and what joins them to the page; nothing where there is no figure."""
+    """The figures' data, plotly, and the script that inserts them into the page; empty where there is no figure."""
     if not figures:
         return ()
     return (
@@ -50,14 +50,14 @@ def page_scripts(figures: Sequence[Figure]) -> tuple[Script, ...]:
 
 
 def content_policy(scripts: Sequence[Script]) -> str:
-    """What the page may do: apply its style and run exactly these scripts; plotly saves pictures through blobs."""
+    """Permissions of the page: its style and exactly these scripts; plotly saves pictures through blobs."""
     sums = " ".join(f"'sha256-{script.checksum}'" for script in scripts if not script.data)
     allowed = f"; script-src {sums}; img-src data: blob:" if sums else ""
     return f"default-src 'none'; style-src 'unsafe-inline'{allowed}"
 
 
 def _plotly() -> str:
-    """plotly.js as its Python package brings it; read as text, for importing that package would take longer."""
+    """plotly.js from its Python package; read as text, since importing that package would take longer."""
     spec = find_spec("plotly")
     if spec is None or spec.origin is None:
         raise UsageError(

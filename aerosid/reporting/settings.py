@@ -1,4 +1,4 @@
-"""Settings of what a report says of numbers in words; none of them decides what is found."""
+"""Settings of the sentences and remarks of a report; none of them decides what is found."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RemarkSettings:
-    """When a number is worth a sentence; chosen.
+    """Limits from which on a number is reported in a sentence; chosen.
 
     Attributes
     ----------
     worse : float
-        Error without an effect over error with it, 1, below which the effect is told to predict worse.
+        Error without an effect over error with it, 1, below which the effect is reported to worsen the prediction.
     chance : float
-        p-value, 1, of its number from which a named effect is told to be possible by chance.
+        p-value, 1, from which on a reported effect is described as possible by chance.
     above_noise : float
-        Times its noise, 1, from which a channel's remaining error is worth a sentence.
+        Multiple of its noise, 1, from which on a channel's remaining error is reported in a sentence.
     corrected_worse : float
-        Times its error as recorded, 1, from which on a corrected channel is told to fit less well.
+        Multiple of its error as recorded, 1, from which on a corrected channel is reported to fit less well.
     steady : float
-        Share of its mean, 1, by which a quantity may vary and still be told as one number.
+        Fraction of its mean, 1, by which a quantity may vary and still be given as a single number.
     calm, light, moderate : float
-        Root-mean-square load factor of the turbulence, g, up to which air is called so. Light turbulence peaks at about
+        Root-mean-square load factor, g, up to which turbulence has this name. Light turbulence peaks at about
         0.2 g, four deviations.
     """
 
@@ -38,26 +38,26 @@ class RemarkSettings:
 
 @dataclass(frozen=True)
 class SimulatorTestSettings:
-    """Which parts of a flight are a test of 14 CFR Part 60, whose text gives no such numbers; chosen.
+    """Criteria for the parts of a flight that are a test of 14 CFR Part 60, whose text gives no such numbers; chosen.
 
     Attributes
     ----------
     longest_input : float
-        s from the first to the last move of the control; a 3-2-1-1 for a transport takes 7 to 12 s.
+        s from the first to the last movement of the control; a 3-2-1-1 for a transport takes 7 to 12 s.
     before, free : float
-        s before a movement, and of free response after it, that belong to the test; movements closer are one.
+        s before a movement, and of free response after it, that belong to the test; closer movements count as one.
     steady_speed : float
-        Share of the airspeed, 1, that it may vary by in the test of a brief response.
+        Fraction of the airspeed, 1, by which it may vary in the test of a brief response.
     move, within : float
-        A control moves where it changes by more than this share of its range, 1, within so many s.
+        A control moves where it changes by more than this fraction of its range, 1, within so many s.
     swing : float
-        Least standard deviation of the airspeed, share of its mean, 1, of a phugoid that can be measured.
+        Least standard deviation of the airspeed, as a fraction of its mean, 1, of a measurable phugoid.
     answer : float
-        Times its tolerance, 1, by which a channel must move: a response that is no larger proves nothing.
+        Multiple of its tolerance, 1, by which a channel must move: a smaller response proves nothing.
     fewest : int
-        Samples of a record in which a movement, or an oscillation, is looked for.
+        Least number of samples of a record that is searched for a movement or an oscillation.
     fitted : float
-        Share of the variance, 1, that an oscillation may leave unexplained and be one.
+        Fraction of the variance, 1, that a fitted oscillation may leave unexplained.
     """
 
     longest_input: float = 15.0

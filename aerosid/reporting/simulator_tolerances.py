@@ -27,7 +27,7 @@ SHORT_PERIOD = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.1
 PHUGOID = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.c.9 (phugoid dynamics)"
 
 SHORT_PERIOD_TOLERANCES = {"theta": math.radians(1.5), "q": math.radians(2.0), "a_z": 0.10 * GRAVITY}
-"""SI. The paragraph asks for the pitch angle or the pitch rate, and for the acceleration."""
+"""SI. The paragraph requires the pitch angle or the pitch rate, and the acceleration."""
 
 ROLL_RESPONSE = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entries 2.d.2 and 2.d.3 (roll response)"
 RUDDER_RESPONSE = "14 CFR Part 60, Appendix A, Attachment 2, Table A2A, entry 2.d.6 (rudder response)"
@@ -43,18 +43,18 @@ class BriefResponse(NamedTuple):
     control : str
         The channel that moves.
     resting : tuple of str
-        Controls that must rest: when one of them moves, the test is over.
+        Controls that must rest: the test ends when one of them moves.
     tolerances : mapping of str to float
         Of each channel, SI.
-    asked : tuple of str
-        One of these must answer by more than twice its tolerance, or the response proves nothing.
+    responding : tuple of str
+        One of these must respond by more than twice its tolerance, or the response proves nothing.
     """
 
     source: str
     control: str
     resting: tuple[str, ...]
     tolerances: Mapping[str, float]
-    asked: tuple[str, ...]
+    responding: tuple[str, ...]
 
 
 SHORT_PERIOD_TEST = BriefResponse(SHORT_PERIOD, "delta_e", (), SHORT_PERIOD_TOLERANCES, ("theta", "q"))
@@ -65,10 +65,10 @@ BRIEF_RESPONSES = (
     ),
     BriefResponse(RUDDER_RESPONSE, "delta_r", ("delta_a",), {"r": math.radians(2.0)}, ("r",)),
 )
-"""Of roll and yaw the paragraphs allow 10 % where that is more, which is not made use of."""
+"""For roll and yaw the paragraphs permit 10 % where that is more; this is not used."""
 
 PERIOD, TIME_TO_HALF, DAMPING_RATIO = 0.10, 0.10, 0.02
-"""Standard: of the phugoid, 1: shares of the measured period and time to half or double amplitude; or of the damping
+"""Standard: of the phugoid, 1: fractions of the measured period and time to half or double amplitude; or of the damping
 ratio. 14 CFR Part 60, entry 2.c.9."""
 
 
@@ -137,7 +137,7 @@ def _steady(log: FlightLog, inside: NDArray[np.bool_]) -> bool:
 
 
 def _answered(log: FlightLog, inside: NDArray[np.bool_], test: BriefResponse) -> bool:
-    for channel in test.asked:
+    for channel in test.responding:
         if channel in log:
             values = log[channel][inside & np.isfinite(log[channel])]
             if values.size and np.ptp(values) > SIMULATOR_TESTS.answer * test.tolerances[channel]:
@@ -146,11 +146,11 @@ def _answered(log: FlightLog, inside: NDArray[np.bool_], test: BriefResponse) ->
 
 
 def free_phugoid(log: FlightLog) -> tuple[float, float] | None:
-    """The longest rest of the elevator, s, if it lasts a phugoid's period or more and the airspeed swings in it.
+    """The longest rest of the elevator, s, if it lasts a phugoid's period or more and the airspeed oscillates in it.
 
     Notes
     -----
-    The period that is waited for is Lanchester's, sqrt(2) pi V / g.
+    The required period is Lanchester's, sqrt(2) pi V / g.
     """
     movements = _movements(log, SHORT_PERIOD_TEST.control)
     if not movements or "V" not in log:
@@ -176,12 +176,12 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
     time, values : ndarray, shape (N,)
         s, any unit; NaN is a missing sample.
     period : float
-        Where to begin, s.
+        Start of the fit, s.
 
     Notes
     -----
     exp(-s t) (a cos(w t) + b sin(w t)) + c: a, b and c follow from s and w by linear least squares, so that only two
-    numbers are searched for (variable projection).
+    parameters are searched for (variable projection).
     """
     present = np.isfinite(values)
     t, y = time[present] - time[0], values[present]
@@ -195,7 +195,7 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
         solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
         return np.asarray(y - columns @ solution)
 
-    from scipy.optimize import least_squares  # late: few histories hold an oscillation
+    from scipy.optimize import least_squares  # not at the top: few histories contain an oscillation
 
     rate = 2.0 * math.pi / period
     bounds = ([-0.5 * rate, 0.3 * rate], [2.0 * rate, 3.0 * rate])
@@ -207,7 +207,7 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
 
 
 def comparisons(result: ClosedLoop) -> tuple[Comparison, ...]:
-    """Every tolerance that applies to a flight of the result, with how far both models are from the measurement."""
+    """Every tolerance that applies to a flight of the result, with the deviations of both models."""
     return tuple(row for simulated in result.simulated for row in (*_brief(simulated), *_long(simulated)))
 
 
@@ -302,7 +302,7 @@ def _long(simulated: Simulated) -> Iterator[Comparison]:
 
 
 def _movements(log: FlightLog, control: str) -> list[tuple[float, float]]:
-    """When a control begins and ends to move, s, each movement apart from the next by a rest."""
+    """Times at which a control begins and ends to move, s, for each movement separated from the next by a rest."""
     if control not in log:
         return []
     present = np.isfinite(log[control])

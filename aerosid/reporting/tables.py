@@ -16,10 +16,10 @@ from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.result_schema import DerivativeEntry
 
 RESPONSES = ("measured", "declared", "before", "after")
-"""What residuals.csv holds of each channel, in this order."""
+"""Quantities of each channel in residuals.csv, in this order."""
 
 _ROWS_AT_ONCE = 8192
-"""Numerical: rows that are written at once."""
+"""Numerical: rows that are written together."""
 
 
 def derivatives_csv(result: ClosedLoop) -> str:
@@ -54,14 +54,14 @@ def next_input_csv(result: ClosedLoop) -> str | None:
 
 
 def measured_channels(simulated: Sequence[Simulated]) -> tuple[str, ...]:
-    """The channels that any log was compared in: outputs in the order of the glossary, then others as they come."""
+    """The channels compared on any log: outputs in the order of the glossary, then others in order of occurrence."""
     measured = dict.fromkeys(channel for response in simulated for channel in response.measured)
     known = [channel for channel, entry in CHANNELS.items() if entry.kind == "output" and channel in measured]
     return (*known, *(channel for channel in measured if channel not in known))
 
 
 def unit_of(channel: str) -> str:
-    """The unit that a channel is held in; `1` for one that the glossary does not know."""
+    """The unit of a channel; `1` for one that is not in the glossary."""
     return CHANNELS[channel].unit if channel in CHANNELS else "1"
 
 

@@ -1,4 +1,4 @@
-"""Templates as every page fills them: text escaped, nothing missing unnoticed, numbers and symbols written alike."""
+"""Templates of every page: text escaped, undefined variables refused, numbers and symbols in one notation."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ REPORT_TEMPLATES = Path(__file__).parent / "templates"
 
 
 def page_style() -> Markup:
-    """The style sheet that every page carries in itself; safe, being the package's own."""
+    """The style sheet included in every page; safe, since it is part of the package."""
     return Markup((REPORT_TEMPLATES / "style.css").read_text(encoding="utf-8"))
 
 
 def _compiled_templates() -> BytecodeCache | None:
-    """Compiled templates beside the compiled kernels: compiling them takes as long as filling them."""
+    """Compiled templates, stored with the compiled kernels: compiling them takes as long as filling them."""
     from jinja2 import FileSystemBytecodeCache
     from jinja2.bccache import Bucket
 
     class Kept(FileSystemBytecodeCache):
         def dump_bytecode(self, bucket: Bucket) -> None:
-            with contextlib.suppress(OSError):  # a full or read-only disk is no error
+            with contextlib.suppress(OSError):  # a full or read-only disk is not an error
                 super().dump_bytecode(bucket)
 
     folder = made_user_folder("templates")
@@ -42,7 +42,7 @@ def _compiled_templates() -> BytecodeCache | None:
 
 @cache
 def page_environment(folder: Path) -> Environment:
-    """The templates of a folder, with the filters that pages share."""
+    """The templates of a folder, with the filters shared by all pages."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -78,14 +78,14 @@ def page_environment(folder: Path) -> Environment:
 
 
 def symbol_html(name: str) -> Markup:
-    """A name as its symbol, the subscript set as one; escaped."""
+    """A name as its symbol, with a subscript; escaped."""
     base, subscript = words.symbol(name)
     lowered = Markup("<sub>{}</sub>").format(subscript) if subscript else Markup("")
     return Markup("<var>{}{}</var>").format(base, lowered)
 
 
 def term_html(text: str) -> Markup:
-    """A term as a formula: `alpha^2` is α²; a text that is no term stays a text; escaped."""
+    """A term as a formula: `alpha^2` is α²; a text that is not a term is kept; escaped."""
     factors = words.factors_of(text)
     if factors is None:
         return Markup("{}").format(text)
@@ -106,5 +106,5 @@ def _factor_html(factor: Factor) -> Markup:
 
 
 def _shown(value: float | None, unit: str, digits: int = 2) -> str:
-    """An SI number in the unit that the page shows."""
+    """An SI number in the unit shown on the page."""
     return notation.number(None if value is None else value * words.shown_unit(unit).factor, digits)

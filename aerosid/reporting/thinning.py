@@ -1,4 +1,4 @@
-"""Long records drawn with few points and none of their extremes lost."""
+"""Thinning of long records for figures, with all extremes kept."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ DRAWN_WHOLE = 2000
 """Display: samples up to which a history is drawn as it is."""
 
 BINS = 600
-"""Display: spans that a longer one is drawn in: more than a figure of 19 cm can show on paper."""
+"""Display: intervals into which a longer one is thinned: more than a figure of 19 cm can show on paper."""
 
 
 def envelope(
     time: FloatArray, values: FloatArray, whole: int = DRAWN_WHOLE, bins: int = BINS
 ) -> tuple[FloatArray, FloatArray]:
-    """The history, or the smallest and largest sample of each of `bins` spans where it has more than `whole` samples.
+    """The history, or the smallest and largest sample of each of `bins` intervals where it exceeds `whole` samples.
 
     Parameters
     ----------
     time, values : ndarray, shape (N,)
         Any units; NaN in `values` is a missing sample.
     whole, bins : int
-        As many as paper can show, or as a caller asks for.
+        As many as paper can show, or as given.
 
     Returns
     -------
     time, values : ndarray, shape (M,)
-        Samples of the history in the order of time, M = N or at most 2 `bins`. A span without any sample leaves a gap.
+        Samples of the history in order of time, M = N or at most 2 `bins`. An interval without samples leaves a gap.
     """
     samples = time.size
     if samples <= whole:

@@ -38,7 +38,7 @@ _ACCELERATIONS = "accelerations as specific force, a_z = −9.81 m/s² in level 
 
 @dataclass(frozen=True)
 class UsedFile:
-    """A file that the report depends on: what for, which span of it, and the SHA-256 of its bytes."""
+    """An input file of the report: its use, its span, and the SHA-256 of its bytes."""
 
     path: str
     role: str
@@ -47,12 +47,12 @@ class UsedFile:
 
 
 def title_block(result: ClosedLoop) -> dict[str, Any]:
-    """What fills the title block's template: texts only.
+    """The variables of the title block's template: texts only.
 
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found; what its provenance does not say is left out.
+        The result of close-loop; data missing from its provenance are left out.
     """
     roles = [(NAMES[role], log) for role in ROLES for log in getattr(result, role)]
     return {
@@ -79,7 +79,7 @@ def _run(result: ClosedLoop) -> list[tuple[str, str]]:
 
 
 def _versions() -> Iterator[str]:
-    """The versions of what computes."""
+    """The versions of the computing software."""
     yield f"Python {platform.python_version()}"
     for name in ("numpy", "scipy", "numba"):
         try:
@@ -89,7 +89,7 @@ def _versions() -> Iterator[str]:
 
 
 def _changed(made: Provenance) -> Iterator[str]:
-    """A text for each setting that differs from its default, with both: `priors: yes (default no)`."""
+    """A text for each setting that differs from its default, with both values: `priors: yes (default no)`."""
     usual = all_settings(USUAL)
     for name, value in made.settings.items():
         words = name.replace(".", ", ").replace("_", " ")
@@ -97,7 +97,7 @@ def _changed(made: Provenance) -> Iterator[str]:
 
 
 def _said(value: Any) -> str:
-    """A setting's value for a person."""
+    """A setting's value as text."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
@@ -119,11 +119,11 @@ def _files(result: ClosedLoop, roles: list[tuple[str, FlightLog]]) -> list[UsedF
 
 
 def _rows(conditions: list[FlightCondition]) -> list[tuple[str, list[str]]]:
-    """One row a quantity, one text a log; a quantity that no log says is told once at the end."""
+    """One row per quantity, one text per log; quantities recorded in no log are listed once at the end."""
     rows = [(name, [condition.entries[name] for condition in conditions]) for name in conditions[0].entries]
     silent = [name for name, texts in rows if set(texts) == {NOT_RECORDED}]
-    said = [row for row in rows if row[0] not in silent]
-    return [*said, (listed(silent), [NOT_RECORDED] * len(conditions))] if silent else said
+    recorded = [row for row in rows if row[0] not in silent]
+    return [*recorded, (listed(silent), [NOT_RECORDED] * len(conditions))] if silent else recorded
 
 
 def _references(result: ClosedLoop) -> list[tuple[str, str]]:

@@ -24,21 +24,21 @@ _ANGLES = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2"}
 
 
 class Symbol(NamedTuple):
-    """A name as it is set: `delta_e` is δ with the subscript e."""
+    """A name as a symbol: `delta_e` is δ with the subscript e."""
 
     base: str
     subscript: str = ""
 
 
 class Unit(NamedTuple):
-    """The unit that a quantity is shown in, and what its SI number is multiplied with; `text` is empty without one."""
+    """The unit in which a quantity is shown, and the factor from its SI number; `text` is empty without one."""
 
     text: str
     factor: float
 
 
 def symbol(name: str) -> Symbol:
-    """The symbol of a channel, coefficient or variable; a name that the glossary does not know stays as it is."""
+    """The symbol of a channel, coefficient or variable; a name that is not in the glossary is kept."""
     matched = _SUBSCRIPTED.fullmatch(name)
     if matched and (name in CHANNELS or name in _MEASURES or name.startswith("C_")):
         return Symbol(_GREEK.get(matched[1], matched[1]), matched[2])
@@ -59,19 +59,19 @@ def subscripted(name: str) -> str:
 
 
 def shown_unit(unit: str) -> Unit:
-    """The unit for a person: degrees in place of radians, m/s² in place of m/s^2."""
+    """The unit shown: degrees in place of radians, m/s² in place of m/s^2."""
     return Unit(si_unit(_ANGLES.get(unit, unit)), DEGREES if unit in _ANGLES else 1.0)
 
 
 def ratio(better: float | None, worse: float | None) -> str:
-    """How many times `worse` is larger than `better`."""
+    """The ratio of `worse` to `better`."""
     if better is None or worse is None or not better > 0.0 or not math.isfinite(worse / better):
         return MISSING
     return f"{number(worse / better, 2)}×"
 
 
 def factors_of(term: str) -> tuple[Factor, ...] | None:
-    """The factors of a term's text; None where it is none (an effect of some other kind), empty for the constant."""
+    """The factors of a term's text; None where it is not a term (an effect of another kind), empty for the constant."""
     try:
         return parse_term(term).factors
     except AircraftError:
@@ -79,7 +79,7 @@ def factors_of(term: str) -> tuple[Factor, ...] | None:
 
 
 def term_label(term: str) -> str:
-    """A term for a figure: `alpha^2` is α²; a text that is no term stays a text."""
+    """A term for a figure: `alpha^2` is α²; a text that is not a term is kept."""
     factors = factors_of(term)
     if not factors:
         return term
@@ -97,11 +97,11 @@ def _factor_label(factor: Factor) -> str:
 
 
 _QUANTITIES = {"sigma": "standard deviation sigma_w", "length": "scale length"}
-"""Of parameters of effects whose own name is too short."""
+"""Names of parameters of effects whose own name is too short."""
 
 
 def quantity(name: str) -> str:
-    """The name of an effect's parameter in words: `time_constant` as time constant; a coefficient as it is."""
+    """The name of an effect's parameter in words: `time_constant` as time constant; a coefficient is kept."""
     if symbol(name) != Symbol(name):
         return name
     return _QUANTITIES.get(name, name.replace("_", " "))
@@ -116,12 +116,12 @@ def effect_name(effect: Effect) -> str:
 
 
 def _along(effect: Effect) -> str:
-    """The body axes of a place: ` along x and z`."""
+    """The body axes of a position: ` along x and z`."""
     return f" along {listed(list(effect.along))}" if effect.along else ""
 
 
 def sentence(text: str) -> str:
-    """`text` with a full stop; its first letter stays, for it may be a channel's or a file's."""
+    """`text` with a full stop; its first letter is kept, since it may be that of a channel or a file."""
     text = text.strip()
     return text + ("" if text.endswith((".", "!", "?")) or not text else ".")
 
@@ -148,5 +148,5 @@ def _said(effect: Effect) -> str:
     if effect.kind not in KINDS:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
-    said = KINDS[effect.kind].describe(effect.where, effect.value) + _along(effect)
-    return said if effect.time is None else f"{said} at {effect.time:.2f} s"
+    text = KINDS[effect.kind].describe(effect.where, effect.value) + _along(effect)
+    return text if effect.time is None else f"{text} at {effect.time:.2f} s"

@@ -1,4 +1,4 @@
-"""Write the files of one closed loop: all of them, or none under its final name."""
+"""Writing of the files of one closed loop: all of them, or none under its final name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
     "residuals.csv": residuals_csv,
     "next_input.csv": next_input_csv,
 }
-"""Every file with its text; None where the result holds nothing of the kind."""
+"""Every file with its text; None where it does not apply to the result."""
 PAGE = "report.html"
 PAPER = "report.pdf"
 COMPLETED_AIRCRAFT = "completed_aircraft.toml"
@@ -33,24 +33,24 @@ FILES = (*TEXTS, PAGE, PAPER, COMPLETED_AIRCRAFT)
 def write_report(
     result: ClosedLoop, directory: Path, *, interactive: bool = True, paper: Callable[[], bytes] | None = None
 ) -> tuple[Path, ...]:
-    """The paths of the files written: result.json, tables, the report twice, the completed aircraft, the next input.
+    """The paths of the files written: result.json, tables, both reports, the completed aircraft, the next input.
 
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found.
+        The result of close-loop.
     directory : Path
-        Where to; made where it does not exist. Files of an earlier run are replaced, or removed where this result
-        holds none of the kind; others stay.
+        The output folder; created where it does not exist. Files of an earlier run are replaced, or removed where they
+        do not apply to this result; others are kept.
     interactive : bool
         Whether the figures of report.html can be zoomed, which adds 5 MB to it.
     paper : callable, optional
-        Gives the bytes of report.pdf where it has been begun already (`aerosid.reporting.printing`).
+        Returns the bytes of report.pdf where its printing was started before (`aerosid.reporting.printing`).
 
     Raises
     ------
     UsageError
-        Where the folder cannot be made or written. Whatever fails, no file is left half-written: all are written into
+        Where the folder cannot be created or written. On any failure no file is left half-written: all are written into
         a temporary folder on the same disk first and moved only when the last one is complete.
     """
     directory = Path(directory)
@@ -82,14 +82,14 @@ def write_report(
 
 
 def _printed(result: ClosedLoop, report: Report) -> bytes:
-    from aerosid.reporting.paper import report_pdf  # late: where a printer was readied, this process needs no fonts
+    from aerosid.reporting.paper import report_pdf  # not at the top: with a printer, this process needs no fonts
 
     return report_pdf(result, report)
 
 
 def _beside(task: Callable[[], bytes]) -> Callable[[], bytes]:
-    """Begins a task beside what follows, where the platform makes copies of a process; its result."""
-    alone = threading.active_count() == 1  # a copy holds locks of threads that it has not
+    """Starts a task in parallel to the block, where the platform can fork a process; its result."""
+    alone = threading.active_count() == 1  # a forked process inherits locks of threads that it does not have
     with on_cores(max(available(), 2) if alone else 1):
         return begun(task)
 
@@ -99,7 +99,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def _make(directory: Path) -> list[Path]:
-    """Make the folder; return what had to be made, innermost first."""
+    """Create the folder; return the folders created, innermost first."""
     missing = [folder for folder in (directory, *directory.parents) if not folder.exists()]
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -111,7 +111,7 @@ def _make(directory: Path) -> list[Path]:
 
 
 def _move(source: Path, directory: Path) -> tuple[str, ...]:
-    """Move every file to its final name, or none where one of the names is taken by a folder; return their names."""
+    """Move every file to its final name, or none where one of the names is that of a folder; return their names."""
     for name in FILES:
         if (directory / name).is_dir():
             raise IsADirectoryError(0, f"{name} is a folder there", str(directory))
@@ -120,7 +120,7 @@ def _move(source: Path, directory: Path) -> tuple[str, ...]:
         if name in written:
             os.replace(source / name, directory / name)
         else:
-            # An input designed by an earlier run would be taken for this one's.
+            # An input designed by an earlier run would be mistaken for one of this run.
             (directory / name).unlink(missing_ok=True)
     return written
 

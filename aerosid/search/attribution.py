@@ -12,7 +12,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.model_error.coefficient_match import CoefficientRow
+from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.acceptance import accept
 from aerosid.search.backward_elimination import eliminate_on_final_estimate
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed

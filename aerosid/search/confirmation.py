@@ -16,7 +16,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.model_error.coefficient_match import explained_shares
+from aerosid.model_error.paper_chain.coefficient_match import explained_shares
 from aerosid.notation import number, with_deviation
 from aerosid.search.disturbance_search import with_unmodelled_forces
 from aerosid.search.findings import Finding

@@ -28,7 +28,7 @@ from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.model_error.coefficient_match import CoefficientRow
+from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, named
 

@@ -18,8 +18,8 @@ from aerosid.estimation.maximum_likelihood import refine_on
 from aerosid.estimation.open_loop import on_log
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import Term
-from aerosid.model_error.coefficient_match import Corrected
-from aerosid.model_error.paper_chain import ChainSettings, feed
+from aerosid.model_error.paper_chain.chain import ChainSettings, feed
+from aerosid.model_error.paper_chain.coefficient_match import Corrected
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, Part, finding_among, labels, named

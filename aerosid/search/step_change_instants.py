@@ -12,7 +12,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.step_input import at_instant, instant_of, is_step_change, with_fixed_instant
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.model_error.swept_model import Sweep
+from aerosid.model_error.flight_sweeps.swept_model import Sweep
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 
 

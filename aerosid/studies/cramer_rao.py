@@ -1,8 +1,8 @@
-"""The Cramer-Rao bound of a manoeuvre: how well any unbiased estimator can know its derivatives.
+"""The Cramer-Rao bound of a manoeuvre: the least standard error of its derivatives by any unbiased estimator.
 
-Nothing here is shared with the estimators: the equations of motion are written out once more, on arrays of many flights
-at once; sensitivities are central differences of whole flights. The noise of measured surfaces enters as that of the
-outputs that it causes: exactly, and at a cost that grows with the length of the record.
+No code is shared with the estimators: the equations of motion are implemented again, on arrays of many flights at once;
+sensitivities are central differences of whole flights. The noise of measured surfaces enters by the output noise that
+it causes: exactly, and at a cost that grows with the length of the record.
 """
 
 from __future__ import annotations
@@ -34,24 +34,24 @@ _INPUT_STEP = 1e-6
 """Numerical: rad, or the unit of the channel, of a difference by an input."""
 
 _VALUE_STEP = 1e-5
-"""Numerical: share, 1, of a value by which it is moved for a difference."""
+"""Numerical: fraction, 1, of a value used as the step of a difference."""
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How the p measured outputs of a manoeuvre move with what is not known.
+    """Sensitivities of the p measured outputs of a manoeuvre to the unknowns.
 
     Attributes
     ----------
     unknown : ndarray, shape (N, p, F + n + K)
-        With the free derivatives, the initial state and the numbers of effects.
+        To the free derivatives, the initial state and the parameters of effects.
     path : InputPath, ndarray of shape (N, p, E N), or None
-        How errors of the noisy inputs reach the outputs: sample by sample, or with every recorded sample where an
-        effect lies between; None where no input is noisy.
+        To errors of the noisy inputs: sample by sample, or to every recorded sample where an effect acts in between;
+        None where no input is noisy.
     held : ndarray of bool, shape (N, p)
         Which samples were measured.
     derivatives : int
-        F.
+        Number F of free derivatives.
     """
 
     unknown: FloatArray
@@ -60,7 +60,7 @@ class Sensitivity:
     derivatives: int
 
     def bound(self, output_noise: FloatArray, input_variance: FloatArray) -> FloatArray:
-        """The least standard deviation of each free derivative, (F,), structure known and initial state unknown.
+        """The least standard error of each free derivative, (F,), with known structure and unknown initial state.
 
         Parameters
         ----------
@@ -73,17 +73,17 @@ class Sensitivity:
         Raises
         ------
         ValueError
-            Where the covariance is not positive definite: no bound is known without noise on every output.
+            Where the covariance is not positive definite: the bound requires noise on every output.
 
         Notes
         -----
         (S' C^-1 S)^-1 with the sensitivities S of all outputs to all unknowns and C = R + G Q G': R the covariance of
         the outputs' noise, G their sensitivity to the inputs at each sample, Q the variance of the inputs' noise.
-        Maine & Iliff, NASA RP-1168, 1986, chapter 5; the term G Q G' counts that a measured surface is noisy too. C is
+        Maine & Iliff, NASA RP-1168, 1986, chapter 5; the term G Q G' accounts for the noise of measured surfaces. C is
         not formed: with noisy inputs a filter whitens S sample by sample, without them R is a convolution.
         """
         size = np.sqrt(np.sum(np.where(self.held[:, :, None], self.unknown, 0.0) ** 2 / _levels(output_noise), (0, 1)))
-        moving = size > 0.0  # altitude acts on nothing where it is not measured
+        moving = size > 0.0  # altitude affects nothing where it is not measured
         columns = self.unknown[:, :, moving] / size[moving]
         if self.path is None or not np.any(input_variance > 0.0):
             inverse = self._without_input_noise(columns, output_noise)
@@ -113,7 +113,7 @@ class Sensitivity:
         assert isinstance(self.path, np.ndarray)
         disturbed = _by_output(self.path)[present] * deviation
         covariance += disturbed @ disturbed.T
-        # Channels differ by powers of ten.
+        # Columns are scaled, since channels differ by orders of magnitude.
         scale = 1.0 / np.sqrt(np.diag(covariance))
         covariance *= scale[:, None] * scale
         try:
@@ -133,7 +133,7 @@ def _levels(noise: FloatArray) -> FloatArray:
 
 
 def _first_order(noise: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Variance and memory (p,) of outputs whose noise is AR(1) or white, each by itself."""
+    """Variance and correlation (p,) of outputs whose noise is AR(1) or white, independent of each other."""
     variance = np.diagonal(noise[:, :, 0])
     own = np.diagonal(noise).T / variance[:, None]
     memory = own[:, min(1, own.shape[1] - 1)]
@@ -146,7 +146,7 @@ def _first_order(noise: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _triangle(rows: Iterable[FloatArray], width: int) -> FloatArray:
-    """R of the QR decomposition of many rows, (width, width), a few thousand in memory at a time."""
+    """R of the QR decomposition of many rows, (width, width), with a few thousand rows in memory at a time."""
     triangle = np.zeros((0, width))
     waiting: list[FloatArray] = []
     for block in rows:
@@ -158,7 +158,7 @@ def _triangle(rows: Iterable[FloatArray], width: int) -> FloatArray:
 
 
 def _inverse_root(triangle: FloatArray) -> FloatArray:
-    """Inverse of an upper triangle: its rows hold the deviations."""
+    """Inverse of an upper triangle: the norms of its rows are the standard errors."""
     return np.asarray(scipy.linalg.solve_triangular(triangle, np.eye(triangle.shape[0])))
 
 
@@ -181,27 +181,27 @@ def sensitivity(
     noisy: NDArray[np.bool_],
     effects: Sequence[ActiveEffect] = (),
 ) -> Sensitivity | None:
-    """The sensitivities of a manoeuvre's outputs to all that an estimator does not know.
+    """The sensitivities of a manoeuvre's outputs to all unknowns of the estimator.
 
     Parameters
     ----------
     model : AerodynamicModel
         The true model.
     manoeuvre : Manoeuvre
-        Its true inputs, and which outputs are measured at which samples.
+        Its true inputs, and the outputs measured at each sample.
     state : ndarray, shape (n,)
         The true initial state u, w, q, theta, h; unknown to the estimator.
     free : sequence of Entry
-        The derivatives that are to be estimated; the numbers of `effects` are as well.
+        The derivatives to be estimated; the parameters of `effects` are estimated as well.
     noisy : ndarray of bool, shape (E,)
         Which of the extra inputs are recorded with noise.
     effects : sequence of ActiveEffect
-        What acts on the controls and sensors.
+        Effects on the controls and sensors.
 
     Returns
     -------
-    None where there are none to be had: an effect that depends on the motion or is known by its statistics alone, or
-    more than `MOST_NUMBERS` numbers measured where an effect other than a bias lies between a noisy input and the log.
+    None where they cannot be computed: an effect that depends on the motion or is random, or more than `MOST_NUMBERS`
+    measured values where an effect other than a bias acts between a noisy input and the log.
     """
     flight = manoeuvre.flight
     samples, places = flight.time.size, [manoeuvre.row(name) for name in manoeuvre.outputs]
@@ -260,7 +260,7 @@ class _Side:
 
 @dataclass(frozen=True)
 class _Pair:
-    """Both flights of a central difference, and the distance of what differs in them."""
+    """Both flights of a central difference, and the step between them."""
 
     sides: tuple[_Side, _Side]
     width: float
@@ -272,7 +272,7 @@ def _pairs(
     free: Sequence[Entry],
     effects: Sequence[ActiveEffect],
 ) -> Iterator[_Pair]:
-    """Derivatives, initial state, numbers of effects."""
+    """Derivatives, initial state, parameters of effects."""
     middle = _Side(model.values, state, None, effects)
     for place in model.indices(free):
         step = _VALUE_STEP * max(abs(float(model.values[place])), 0.05)
@@ -310,12 +310,12 @@ def _input_pairs(
 
 
 def _acting(model: AerodynamicModel, manoeuvre: Manoeuvre, side: _Side) -> FloatArray:
-    """The extra inputs (N, E) that act where these were recorded and these effects lie between."""
+    """The extra inputs (N, E) that act where these were recorded and these effects act in between."""
     flight = manoeuvre.flight if side.recorded is None else manoeuvre.flight._replace(inputs=side.recorded)
     return _extra(model, acting_flight(model, replace(manoeuvre, flight=flight), side.effects)[0])
 
 
 def _extra(model: AerodynamicModel, flight: Flight) -> FloatArray:
-    """The inputs (N, E) past the leading ones."""
+    """The inputs (N, E) after the leading ones."""
     extra: FloatArray = flight.inputs[:, len(model.columns) - len(model.extra_columns) :]
     return extra

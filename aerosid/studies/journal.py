@@ -1,8 +1,8 @@
-"""Journal of results: one line each as they come, that a later run of the same work goes on from.
+"""Journal of results, one line each, from which an interrupted run of the same work continues.
 
-A line holds the key of a work item, its result and a check sum, and is written through to the disk before the item
-counts as done. Whatever stops the process leaves at most one torn line at the end, which is cut off when the journal is
-opened again; a key that stands there already is not written a second time.
+A line contains the key of a work item, its result and a checksum, and is flushed to disk before the item counts as
+done. A termination at any time leaves at most one incomplete line at the end, which is cut off when the journal is
+opened again; a key that is already present is not written a second time.
 """
 
 from __future__ import annotations
@@ -19,23 +19,24 @@ from typing import IO, Any
 from aerosid.errors import UsageError
 
 Row = dict[str, Any]
-"""What JSON holds; numbers finite, None where there is none."""
+"""A JSON value; numbers finite, None where there is none."""
 
 
 class Journal:
-    """The results of one piece of work, in a file of lines; use it in a `with` statement.
+    """The results of one set of work items, in a file of lines; use it in a `with` statement.
 
     Parameters
     ----------
     path : Path
-        The file; made where it does not exist, its folder too.
+        The file; created where it does not exist, with its folder.
     identity : str
-        What the work is: results of other work are never mixed with it. A hash of all that decides a result.
+        Identification of the work: a hash of all inputs that determine a result. Results of other work are never
+        mixed in.
 
     Raises
     ------
     UsageError
-        Where the file holds other work, another process has it open, or it cannot be written.
+        Where the file contains other work, another process has it open, or it cannot be written.
     """
 
     def __init__(self, path: Path, identity: str) -> None:
@@ -85,13 +86,13 @@ class Journal:
         return len(self._done)
 
     def write(self, rows: Sequence[tuple[str, Row]]) -> None:
-        """Append results by their keys, through to the disk; a key that is there already is left out."""
+        """Append results by their keys, flushed to disk; keys that are already present are skipped."""
         fresh = {key: row for key, row in rows if key not in self._done}
         self._append([{"key": key, "row": row} for key, row in fresh.items()])
         self._done.update(fresh)
 
     def rows(self) -> Iterator[tuple[str, Row]]:
-        """Every result with its key, in the order in which they were written; one in memory at a time."""
+        """Every result with its key, in the order of writing; one in memory at a time."""
         for line, _ in self._lines():
             if "key" in line:
                 yield str(line["key"]), line["row"]
@@ -109,7 +110,7 @@ class Journal:
             raise self._unusable(f"it cannot be written ({error.strerror or error})") from None
 
     def _lines(self) -> Iterator[tuple[Row, int]]:
-        """The whole lines from the beginning to the first torn one, each with the place where it ends."""
+        """The complete lines from the beginning to the first incomplete one, each with the offset of its end."""
         with self.path.open("rb") as file:
             stop = 0
             for raw in file:
@@ -124,12 +125,12 @@ class Journal:
 
 
 def _locked(file: IO[bytes]) -> bool:
-    """Take the file for this process alone, until it ends in whatever way; False where another one has it."""
+    """Lock the file for this process until it ends in any way; False where another process has locked it."""
     try:
         if sys.platform == "win32":
             import msvcrt
 
-            file.seek(1 << 40)  # far behind the content, which others may read
+            file.seek(1 << 40)  # far beyond the content, which other processes may read
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
         else:
             import fcntl

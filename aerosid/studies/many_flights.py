@@ -1,6 +1,6 @@
 """Independent equations of motion on arrays of many flights at once, for bounds and their tests.
 
-Nothing here is shared with the estimators.
+No code is shared with the estimators.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from aerosid.flight_model.terms import LIFT, Term, lift_first
 FloatArray = NDArray[np.float64]
 
 LONGEST_STEP = 0.01
-"""Numerical: s, of the fourth-order Runge-Kutta integration at most."""
+"""Numerical: s, maximum step of the fourth-order Runge-Kutta integration."""
 
 _GRAVITY = 9.80665
-"""Standard: acceleration of free fall, m/s^2, ISO 80000-3; written anew, since these equations share nothing with the
+"""Standard: acceleration of free fall, m/s^2, ISO 80000-3; defined again, since these equations share no code with the
 flight model."""
 
 
 _STEP = {"u": 1e-3, "v": 1e-3, "w": 1e-3, "h": 1e-2}
-"""Numerical: m/s and m, of differences by a state; of rates and angles 1e-6 rad/s and rad."""
+"""Numerical: m/s and m, steps of differences by a state; of rates and angles 1e-6 rad/s and rad."""
 
 
 def state_steps(axes: Axes) -> tuple[float, ...]:
@@ -38,7 +38,7 @@ def state_steps(axes: Axes) -> tuple[float, ...]:
 def fly_many(
     model: AerodynamicModel, manoeuvre: Manoeuvre, values: FloatArray, states: FloatArray, extra: FloatArray
 ) -> FloatArray:
-    """Outputs (N, m, K) of K flights at once, in the order of the case's, open loop.
+    """Outputs (N, m, K) of K simultaneous flights, in the order of the case's outputs, open loop.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def fly_many(
     manoeuvre : Manoeuvre
         Time, the fixed inputs and the sensors' positions.
     values : ndarray, shape (T, K)
-        Of the terms in each flight.
+        Values of the terms in each flight.
     states : ndarray, shape (n, K)
-        The initial ones.
+        Initial states.
     extra : ndarray, shape (N, E, K)
         The extra inputs of each flight, linear between samples.
     """
@@ -129,7 +129,7 @@ Vector = tuple[FloatArray | float, FloatArray | float, FloatArray | float]
 
 @dataclass(frozen=True)
 class _Instant:
-    """Motion and what acts on it, each (K,) or one number for all flights; SI, body axes.
+    """Motion and loads, each (K,) or one number for all flights; SI, body axes.
 
     `velocity` u, v, w; `omega` p, q, r; `speed`, `alpha`, `beta` of the air; `felt` specific force at the centre of
     gravity, of the coefficients that are modelled; `spin` angular acceleration of the rates that are integrated.
@@ -147,7 +147,7 @@ class _Instant:
 def _rates(
     model: AerodynamicModel, x: FloatArray, values: FloatArray, fixed: FloatArray, extra: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, _Instant]:
-    """State rates (n, K) of the model's case, and the instant; the motion that is not integrated is measured."""
+    """State rates (n, K) of the model's case, and the loads; motion that is not integrated is measured."""
     given = dict(zip(input_columns_of(model.axes), fixed, strict=True))
     z = dict(zip(model.axes.integrated, x, strict=True))
     p, q, r, phi, theta = (z.get(name, given.get(name, 0.0)) for name in ("p", "q", "r", "phi", "theta"))
@@ -173,7 +173,7 @@ def _rates(
     pitching, rolling = "u" in z, "v" in z
     along, down = np.cos(constants.thrust_incidence), -np.sin(constants.thrust_incidence)
     implicit = pitching and any("alpha_dot_hat" in term.variables for _, term in model.entries)
-    # alpha_dot acts through terms that are small beside inertia: each pass gains two digits or more.
+    # alpha_dot acts through terms that are small compared with inertia: each pass gains two digits or more.
     for _ in range(12 if implicit else 1):
         c = _coefficients(model, values, variables, alpha)
         a_x = (force * c["C_X"] + thrust * along) / mass if pitching else 0.0
@@ -226,7 +226,7 @@ def _coefficients(
     variables: Mapping[str, FloatArray | float],
     alpha: FloatArray | float,
 ) -> dict[str, FloatArray | float]:
-    """The coefficients (K,) of body axes, lift and drag turned into them; zero where they are not modelled."""
+    """The coefficients (K,) in body axes, lift and drag converted; zero where they are not modelled."""
     total: dict[str, FloatArray | float] = dict.fromkeys(COEFFICIENTS, 0.0)
     for wanted in lift_first(total):
         known = {**variables, **{name: total[name] for name in LIFT}}
@@ -259,7 +259,7 @@ def observed(
     extra: FloatArray,
     positions: FloatArray,
 ) -> FloatArray:
-    """What the sensors at their positions see of states (n, K), (m, K); arguments as those of `stepped`."""
+    """The readings (m, K) of the sensors at their positions for states (n, K); arguments as for `stepped`."""
     _, now = _rates(model, x, values, fixed, dict(zip(model.extra_columns, extra, strict=True)))
     place = dict(zip(model.axes.outputs, positions, strict=True))
     z = dict(zip(model.axes.integrated, x, strict=True))
@@ -272,7 +272,7 @@ def observed(
         seen["beta"] = now.beta + (place["beta"][0] * r - place["beta"][2] * p) / now.speed
     for axis, name in enumerate(("a_x", "a_y", "a_z")):
         if name in place:
-            # That of the centre of gravity, and omega' x place + omega x (omega x place).
+            # At the centre of gravity, and omega' x place + omega x (omega x place).
             turned = _cross(now.omega, _cross(now.omega, place[name]))
             seen[name] = now.felt[axis] + _cross(now.spin, place[name])[axis] + turned[axis]
     return np.stack([np.broadcast_to(seen[name], x.shape[1:]) for name in model.axes.outputs])

@@ -1,8 +1,8 @@
-"""Sensitivities of a flight whose recorded inputs are noisy, turned into ones to white noise sample by sample.
+"""Sensitivities of a flight with noisy recorded inputs, transformed to white noise sample by sample.
 
-The noise of each recorded sample moves the motion in the intervals on both sides of it. Along the flight that is a
+The noise of each recorded sample affects the motion in the intervals on both sides of it. Along the flight that is a
 linear system with the state's deviation, the input's error and the outputs' own noise as its state; its innovations
-are white. What the filter does to measurements it does to every column of sensitivities.
+are white. The filter is applied to every column of sensitivities as to the measurements.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ _INPUT_STEP = 1e-6
 
 @dataclass(frozen=True)
 class InputPath:
-    """How the noise of recorded inputs reaches the outputs, linearised along the flight.
+    """The path from the noise of recorded inputs to the outputs, linearised along the flight.
 
     Attributes
     ----------
     transition : ndarray, shape (N - 1, n, n)
-        Of the state's deviation from sample to sample.
+        Transition of the state's deviation from sample to sample.
     start, end : ndarray, shape (N - 1, n, E)
-        What a unit error of the input at the interval's two samples does to the state at its end.
+        Effect of a unit error of the input at the interval's two samples on the state at its end.
     outputs_x, outputs_u : ndarray, shape (N, p, n) and (N, p, E)
-        What the outputs make of both.
+        Sensitivity of the outputs to both.
     """
 
     transition: FloatArray
@@ -127,7 +127,7 @@ def input_path(
     intervals = np.diff(flight.time)
 
     def step(x: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-        # Intervals of as many integration steps together: a gap takes more than its neighbours.
+        # Intervals are grouped by their number of integration steps: a gap needs more than its neighbours.
         result = np.empty((state.size, intervals.size))
         counts = steps_in(intervals)
         for count in np.unique(counts):

@@ -1,4 +1,4 @@
-"""Settings of what studies of many flights say of their results; none of them decides what is found."""
+"""Settings of the assessments in studies of many flights; none of them decides what is found."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ class BatchSettings:
     Attributes
     ----------
     trim_time : float
-        s; the condition is the mean over the first of the log, before the manoeuvre changes it.
+        s; the condition is the mean over this time from the start of the log, before the manoeuvre changes it.
     fewest : int
-        Samples that this mean takes at least, where they are further apart.
+        Least number of samples of this mean, where the interval is longer.
     alike : float
-        p-value of Cochran's Q, 1, below which a mean is marked: one honest set of repeats in a hundred.
+        p-value of Cochran's Q, 1, below which a mean is marked: one valid set of repeats in a hundred.
     """
 
     trim_time: float = 1.0
@@ -26,18 +26,18 @@ class BatchSettings:
 
 @dataclass(frozen=True)
 class CrossCheckSettings:
-    """When an estimate from JSBSim's flights agrees with the derivative of JSBSim's own aerodynamics.
+    """Criteria for the agreement of an estimate from JSBSim's flights with the derivative of JSBSim's aerodynamics.
 
     Attributes
     ----------
     deviations : float
-        Corrected standard deviations, 1, within which it agrees: one honest estimate in 370 does not.
+        Corrected standard errors, 1, within which it agrees: one correct estimate in 370 does not.
     share : float
-        Of the truth, 1, within which it agrees as well: what a table's bend leaves of a local slope. Chosen.
+        Fraction of the truth, 1, within which it agrees as well: allowance for the bend of a table. Chosen.
     least : float
-        Units of a coefficient by which an estimate may be off and agree: derivatives of zero are none of 5 %. Chosen.
+        Difference in units of a coefficient within which it agrees: 5 % of a derivative of zero is nothing. Chosen.
     bends : float
-        Share, 1, by which local and chord slope may differ before the tables are said to bend. Chosen.
+        Fraction, 1, by which local and chord slope may differ before the tables count as bent. Chosen.
     """
 
     deviations: float = 3.0
@@ -48,7 +48,7 @@ class CrossCheckSettings:
 
 @dataclass(frozen=True)
 class EfficiencySettings:
-    """When a Monte Carlo study calls an estimator efficient, unbiased and honest; of the usual 1000 runs.
+    """Criteria of a Monte Carlo study for efficiency, bias and coverage; for the usual 1000 runs.
 
     Attributes
     ----------
@@ -57,10 +57,10 @@ class EfficiencySettings:
     most_median : float
         Median error over the bound, 1: that of 1000 runs scatters by 0.04.
     best_known : float
-        Bound over the derivative, 1, up to which its ratio is judged: what a flight hardly shows has no sharp bound.
+        Bound over the derivative, 1, up to which its ratio is assessed: a derivative with little information has no
     coverage_white, coverage_coloured : tuple of (float, float)
-        Share of 95 % intervals that hold the truth, 1, least and most: of white noise, three deviations of
-        a share of 1000, and of noise with a memory.
+        Fraction of 95 % intervals that contain the truth, 1, least and most: for white noise, three deviations of
+        a fraction of 1000, and for autocorrelated noise.
     """
 
     most_ratio: float = 1.10
@@ -72,16 +72,16 @@ class EfficiencySettings:
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """When an item is blamed for the death of the process that works on it.
+    """Criteria by which a work item is considered the cause of the death of its worker process.
 
     Attributes
     ----------
     suspect : int
-        Deaths around an item from which on it is tried alone.
+        Deaths with an item in progress after which it is tried alone.
     alone : int
         Deaths alone after which it is given up.
     breakdowns : int
-        Deaths without any item finished between them, after which the whole run ends.
+        Deaths without any item completed between them, after which the whole run ends.
     """
 
     suspect: int = 2

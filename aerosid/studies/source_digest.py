@@ -1,4 +1,4 @@
-"""Digest of this package's sources: results of two states must not be put together."""
+"""Digest of this package's sources: results of different versions of the code must not be combined."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 def source_state(package: Path = Path(__file__).parents[1]) -> str:
     """A hash of every Python file of the package, names and bytes; the same wherever it is installed.
 
-    A version number stands still while an estimator is being edited; this does not.
+    A version number does not change while an estimator is being edited; this digest does.
     """
     state = hashlib.sha256()
     for path in sorted(package.rglob("*.py"), key=lambda path: path.relative_to(package).as_posix()):

@@ -1,8 +1,8 @@
-"""Distribution of work items to worker processes, on one machine or many, with their results as they come.
+"""Distribution of work items to worker processes, on one or many machines, with their results as they are completed.
 
 Workers are an executor of `concurrent.futures`: processes of this machine, or a Dask cluster. Items are independent and
-carry their own seeds, so that neither the number of workers nor their order changes a result. A worker that dies takes
-its executor with it: a new one goes on, and an item that kills its worker twice on its own is given up with a sentence.
+have their own seeds, so that neither the number of workers nor their order changes a result. A worker that dies ends
+its executor: a new one continues, and an item that kills its worker twice while alone is given up with a sentence.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from aerosid.studies.journal import Journal, Row
 from aerosid.studies.settings import WORKERS
 
 Task = Callable[[str], Row]
-"""From an item's key to its result; sent to workers, so that it is a function of a module or a `partial` of one."""
+"""From an item's key to its result; pickled for workers, so that it is a module's function or a `partial` of one."""
 
 FAILURE = "failure"
-"""The key of a result that says in a sentence why there is none."""
+"""The key of a result that contains the sentence of an error."""
 
 _AHEAD = 2
-"""Numerical: chunks for each worker: one in hand, one waiting beside it."""
+"""Numerical: chunks per worker: one in progress, one waiting."""
 
 _Chunk = tuple[str, ...]
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -45,14 +45,14 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 @dataclass(frozen=True)
 class Workers:
-    """Who does the work.
+    """Executor of the work.
 
     Attributes
     ----------
     count : int or None
         Processes on this machine; None: one for each core that this process may use.
     scheduler : str or None
-        Address of a Dask scheduler, as tcp://host:8786; its workers take the place of processes here.
+        Address of a Dask scheduler, as tcp://host:8786; its workers replace processes of this machine.
 
     Raises
     ------
@@ -69,7 +69,7 @@ class Workers:
 
 
 EVERY_CORE = Workers()
-"""A process for each core of this machine."""
+"""One process for each core of this machine."""
 
 
 def work_off(
@@ -81,28 +81,28 @@ def work_off(
     chunk: int = 1,
     tick: Callable[[int], None] = lambda _items: None,
 ) -> Mapping[str, str]:
-    """Do what the journal does not hold yet; the items that cost their worker its life, with a sentence each.
+    """Process the items not in the journal; returns items whose worker died, with a sentence each.
 
     Parameters
     ----------
     task : callable
-        What is done with an item. What it raises becomes a result of the single key `FAILURE`, so that one bad item
-        stops no other.
+        Function of an item. An exception becomes a result of the single key `FAILURE`, so that one bad item stops no
+        other.
     keys : sequence of str
         The items.
     journal : Journal
-        Takes each result as it comes.
+        Receives each result when it is completed.
     chunk : int
-        Items that a worker takes at once: enough for a second of work keeps the overhead small.
+        Items per chunk of a worker: enough for a second of work keeps the overhead small.
     tick : callable
-        Told how many items were finished since the last call.
+        Called with the number of items completed since the last call.
 
     Raises
     ------
     UsageError
-        Where no worker can be had.
+        Where no worker is available.
     EstimationError
-        Where worker processes die before any of them has finished an item.
+        Where worker processes die before any of them has completed an item.
     """
     pending = [key for key in keys if key not in journal]
     work = _Work(task, journal, tick)
@@ -117,7 +117,7 @@ def work_off(
 
 
 class _Work:
-    """What waits, what is under way, and what is known of items whose worker died."""
+    """Items waiting and in progress, and the history of items whose worker died."""
 
     def __init__(self, task: Task, journal: Journal, tick: Callable[[int], None]) -> None:
         self.task = task
@@ -130,10 +130,10 @@ class _Work:
         self.breakdowns = 0
 
     def feed(self, executor: Executor, most: int) -> None:
-        """Keep the workers busy until nothing waits; BrokenExecutor leaves in `flying` what was under way."""
+        """Keep the workers busy until nothing waits; after BrokenExecutor `flying` contains the items in progress."""
         while self.waiting or self.flying:
             while self._may_start(most):
-                # Submitted before it leaves the queue: a broken executor refuses.
+                # Submitted before it leaves the queue: a broken executor raises.
                 future = executor.submit(run_items, self.task, self.waiting[0])
                 self.flying[future] = self.waiting.popleft()
             done, _ = wait(self.flying, return_when=FIRST_COMPLETED)
@@ -155,7 +155,7 @@ class _Work:
                 raise broken
 
     def _may_start(self, most: int) -> bool:
-        """Whether another chunk may go; one that is suspected of killing workers flies alone."""
+        """Whether another chunk may be submitted; one suspected of killing workers is processed alone."""
         if not self.waiting or len(self.flying) >= most:
             return False
         return not self.flying or not any(self._suspect(items) for items in (self.waiting[0], *self.flying.values()))
@@ -164,7 +164,7 @@ class _Work:
         return any(self.deaths[key] >= WORKERS.suspect for key in items)
 
     def take_back(self) -> None:
-        """Let what was under way wait again: suspects one by one and last, what died alone again no more."""
+        """Queue the items in progress again: suspects singly and last, without items that died alone too often."""
         self.breakdowns += 1
         if self.breakdowns > WORKERS.breakdowns:
             raise EstimationError(
@@ -188,7 +188,7 @@ class _Work:
 
 @one_blas_thread()
 def run_items(task: Task, items: Sequence[str]) -> list[tuple[str, Row]]:
-    """The results of some items, in their order: what a worker does."""
+    """The results of some items, in their order; runs in a worker."""
     return [(key, _guarded(task, key)) for key in items]
 
 
@@ -197,13 +197,13 @@ def _guarded(task: Task, key: str) -> Row:
         return task(key)
     except AerosidError as error:
         return {FAILURE: str(error)}
-    except Exception as error:  # noqa: BLE001  an item that meets a defect stops no other; the sentence names it
+    except Exception as error:  # noqa: BLE001  a defect in one item stops no other; the sentence names it
         return {FAILURE: f"an unexpected {type(error).__name__} ({' '.join(str(error).split())[:200]})"}
 
 
 @contextmanager
 def opened(workers: Workers) -> Iterator[tuple[Executor, int]]:
-    """The executor and the number of its workers, ended when the block is left.
+    """The executor and the number of its workers, shut down at the end of the block.
 
     Raises
     ------
@@ -217,7 +217,7 @@ def opened(workers: Workers) -> Iterator[tuple[Executor, int]]:
     import multiprocessing
 
     count = workers.count or _cores()
-    # Started anew, not forked: the same on every system, and no lock of a thread of ours is copied in its locked state.
+    # Spawned, not forked: the same on every system, and no lock of one of our threads is copied in locked state.
     context = multiprocessing.get_context("spawn")
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
@@ -243,12 +243,12 @@ def _cores() -> int:
 
 
 def end_with_parent() -> None:
-    """Make this worker process end when its parent does, in whatever way that ends: a killed one says nothing."""
+    """Make this worker process end when its parent ends in any way: a killed parent sends no message."""
     import multiprocessing
     import signal
     from multiprocessing.connection import wait as wait_for
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is told, and tells the workers
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent receives it and ends the workers
     parent = multiprocessing.parent_process()
     if parent is None:
         return

@@ -11,7 +11,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.paper_chain import run_chain
+from aerosid.model_error.paper_chain.chain import run_chain
 from aerosid.studies.monte_carlo.search import estimate_known
 from benchmarks.rivals.task import COEFFICIENTS, LIBRARY, Answer, Record, Task
 

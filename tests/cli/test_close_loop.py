@@ -1,4 +1,4 @@
-"""`aerosid close-loop`: its files and their columns, exit codes, nothing left behind, the same bytes twice."""
+"""`aerosid close-loop`: its files and their columns, exit codes, no partial output, reproducible bytes."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ def result(folder: Path, ran: subprocess.CompletedProcess[str]) -> dict:
 def test_all_files_stand_in_the_default_folder(folder: Path, ran: subprocess.CompletedProcess[str]) -> None:
     assert ran.returncode == 0, ran.stderr
     assert {path.name for path in (folder / "reports" / "doublet").iterdir()} == FILES
-    # No terminal: a line a stage in place of a bar, and no warning ever.
+    # No terminal: one line per stage in place of a bar, and no warning.
     stages = [re.fullmatch(r"aerosid: (\d+) of (\d+), .*", line) for line in ran.stderr.splitlines()]
     places = [int(stage[1]) for stage in stages if stage]
     assert len(places) == len(stages)
-    # A stage that this flight does not need is passed over: in calm air no coefficients are regressed.
+    # A stage that this flight does not need is skipped: in calm air no coefficients are regressed.
     assert places == [n for n in range(1, len(BEGUN) + 1) if n != list(BEGUN).index("estimating by equation error") + 1]
     assert "alpha^2" in ran.stdout
     assert "\x1b" not in ran.stdout
@@ -146,7 +146,7 @@ def test_derivative_table_is_that_of_the_result(folder: Path, result: dict) -> N
 
 
 def test_residuals_give_the_errors_again(folder: Path, result: dict) -> None:
-    """Whoever computes the root-mean-square from residuals.csv gets the numbers of result.json."""
+    """The root-mean-square computed from residuals.csv equals the number in result.json."""
     with (folder / "reports" / "doublet" / "residuals.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [name.split(" [")[0] for name in list(rows[0])[:2]] == ["log", "time"]
@@ -172,7 +172,7 @@ def test_completed_aircraft_is_an_aircraft_file(folder: Path, result: dict) -> N
 def test_the_same_input_gives_the_same_bytes(folder: Path, result: dict) -> None:
     again = run(
         *("close-loop", "doublet.csv", "--aircraft", "light_transport", "--validate", "other.csv", "--strict"),
-        *("--out", "again"),  # the one word of the command line that the title block leaves out
+        *("--out", "again"),  # the only argument that the title block omits
         folder=folder,
     )
     assert again.returncode == 0, again.stderr
@@ -192,7 +192,7 @@ def test_from_and_to_are_in_the_logs_own_time(folder: Path, capsys: pytest.Captu
 
 @pytest.fixture
 def call(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """One failing run in this process: its exit code and its one sentence, nothing written."""
+    """One failing run in this process: its exit code and its one-sentence error; nothing is written."""
 
     def failing(*words: str | Path) -> tuple[int, str]:
         out = tmp_path / "out"
@@ -200,10 +200,10 @@ def call(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
         captured = capsys.readouterr()
         assert not out.exists()
         assert captured.out == ""
-        said = [line for line in captured.err.splitlines() if not re.match(r"aerosid: \d+ of \d+, ", line)]
-        assert len(said) == 1
-        assert said[0].startswith("aerosid: ")
-        return code, said[0]
+        errors = [line for line in captured.err.splitlines() if not re.match(r"aerosid: \d+ of \d+, ", line)]
+        assert len(errors) == 1
+        assert errors[0].startswith("aerosid: ")
+        return code, errors[0]
 
     return failing
 

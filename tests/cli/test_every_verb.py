@@ -1,4 +1,4 @@
-"""What holds of every verb: --json is one document, --quiet is silence, errors name it, --out is tried first."""
+"""Every verb: --json is one document, --quiet prints nothing, errors name the verb, --out is checked first."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DOUBLET = str(FLIGHTS / "light_transport_doublet.csv")
 
 
 def verbs() -> dict[str, Any]:
-    """Every command by the words that call it."""
+    """Every command by its arguments."""
     found: dict[str, Any] = {}
 
     def walk(command: Any, words: tuple[str, ...]) -> None:
@@ -86,7 +86,7 @@ def test_json_is_one_document_and_quiet_is_silence(
     assert main(["--quiet", *words]) == code
     captured = capsys.readouterr()
     assert captured.err == ""
-    # Of a check its closing sentence is what was asked for.
+    # With --quiet a check prints only its verdict sentence.
     assert captured.out.count("\n") == (1 if verb == "check" else 0)
     assert mode().quiet is False
 
@@ -105,7 +105,7 @@ def test_a_wrong_option_points_at_the_help_of_its_verb(verb: str, capsys: pytest
 def test_where_nothing_can_be_written_is_said_before_anything_is_read(
     verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # No file that the words name exists: had one been opened first, the sentence would be about it.
+    # No named file exists: if one had been opened first, the error would be about that file.
     taken = tmp_path / "file"
     taken.write_text("")
     needed = [p for p in VERBS[verb].params if p.required and "--out" not in p.opts]

@@ -1,4 +1,4 @@
-"""find, check and close-loop on whole flights: JSON, cuts that read back, one sentence in place of minutes."""
+"""find, check and close-loop on whole flights: JSON, cuts that can be read back, one sentence in place of minutes."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def test_json_lists_kind_start_and_stop_on_the_recordings_clock(
     flight_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["find", str(flight_file), "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
+    listing = json.loads(capsys.readouterr().out)
     flight = _flown(20.0)
     for kind, start, stop in flight.truth:
-        entry = next(entry for entry in said["manoeuvres"] if entry["kind"] == kind)
+        entry = next(entry for entry in listing["manoeuvres"] if entry["kind"] == kind)
         assert entry["start"] == pytest.approx(start, abs=0.3)
         assert entry["stop"] == pytest.approx(stop, abs=0.5 * flight.unit)
         assert entry["cut"]["from"] < entry["start"]
-    assert {entry["kind"] for entry in said["manoeuvres"]} <= set(KINDS)
+    assert {entry["kind"] for entry in listing["manoeuvres"]} <= set(KINDS)
 
 
 def test_kinds_can_be_chosen(flight_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -77,9 +77,9 @@ def test_cuts_read_back_as_the_recording_holds_them(flight_file: Path, tmp_path:
     assert page.count("<svg") == len(listed) + 1
     assert "3-2-1-1" in page
     caption = page[page.index("</b> 3-2-1-1,") :].partition("</figcaption>")[0]
-    for said in ("Moved: elevator", "; air calm", "Expected standard errors:"):
-        assert said in caption
-    # The segment file is what close-loop and batch take.
+    for phrase in ("Moved: elevator", "; air calm", "Expected standard errors:"):
+        assert phrase in caption
+    # The segment file is accepted by close-loop and batch.
     spans = expand([tmp_path / "segments.csv"])
     assert [span.start for span in spans] == [e["cut"]["from"] for e in listed if e["kind"] in ("3211", "doublet")]
     assert all(span.path == flight_file for span in spans)
@@ -145,7 +145,7 @@ def test_check_has_one_verdict_and_its_exit_code(tmp_path: Path, capsys: pytest.
 def test_check_refuses_contradicting_channels_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = _flown(3.0).log().between(0.0, 90.0)
     path = tmp_path / "opposed.csv"
-    # Pitch angle upside down: no fault of an instrument, but of the map.
+    # Pitch angle with the wrong sign: an error of the map, not of an instrument.
     path.write_text(native_csv(replace(log, channels={**log.channels, "theta": -log["theta"]}), "opposed", 9))
     assert main(["check", str(path)]) == 3
     output = capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""`aerosid fly`: what it writes, what it refuses, and what is left without JSBSim."""
+"""`aerosid fly`: its files, its errors, and its behaviour without JSBSim."""
 
 from __future__ import annotations
 
@@ -221,7 +221,7 @@ def test_a_lateral_file_is_flown_by_aileron_and_rudder(tmp_path: Path, capsys: p
     assert (tmp_path / "out.aircraft.toml").read_text() == SIDEWAYS
     truth = json.loads((tmp_path / "out.truth.json").read_text())
     assert [effect["where"] for effect in truth["effects"]] == ["delta_r"]
-    # The same again from the log that was written: its aileron and rudder fly.
+    # The same flight from the log that was written: its aileron and rudder are flown.
     again = tmp_path / "again.csv"
     assert main(["fly", str(file), "--out", str(again), "--noise", "0", "--interval", "0.04", "--input", str(out)]) == 0
     assert np.abs(read_log(again)["delta_r"] - log["delta_r"]).max() < 1e-9

@@ -1,4 +1,4 @@
-"""`--method iebmee` and `replay` on logs and aircraft that they cannot use: one sentence, its exit code, no file."""
+"""`--method iebmee` and `replay` on unusable logs and aircraft: a one-sentence error, its exit code, no file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aerosid.logs.flight_log import FlightLog
 
 FLIGHT = Problem(duration=8.0).fly(3)
 STAGE = re.compile(r"aerosid: \d+ of \d+, ")
-"""How a line of progress begins."""
+"""Beginning of a line of progress."""
 
 VERBS = (("close-loop", "--method", "iebmee"), ("replay", "--speed", "0"))
 
@@ -23,7 +23,7 @@ VERBS = (("close-loop", "--method", "iebmee"), ("replay", "--speed", "0"))
 def run(
     verb: tuple[str, ...], folder: Path, log: FlightLog, aircraft: str, capsys: pytest.CaptureFixture[str]
 ) -> tuple[int, str, list[str]]:
-    """Exit code, what stands on stderr, and the files that are left."""
+    """Exit code, standard error, and the files in the output folder."""
     (folder / "flight.csv").write_text(native_csv(log))
     out = folder / "out"
     name, *options = verb
@@ -36,20 +36,20 @@ def with_channels(**changes: np.ndarray) -> FlightLog:
     return replace(FLIGHT, channels={**FLIGHT.channels, **changes})
 
 
-def is_one_sentence(told: str) -> bool:
-    lines = [line for line in told.strip().splitlines() if line and not STAGE.match(line)]
-    return "Traceback" not in told and sum(line.startswith("aerosid: ") for line in lines) == 1
+def is_one_sentence(error: str) -> bool:
+    lines = [line for line in error.strip().splitlines() if line and not STAGE.match(line)]
+    return "Traceback" not in error and sum(line.startswith("aerosid: ") for line in lines) == 1
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb[0])
 def test_a_flight_on_which_the_model_runs_away_breaks_down_in_a_sentence(
     verb: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Degrees that are called radians: no model of an aircraft follows them."""
+    """Degrees labelled as radians: no model of an aircraft follows them."""
     far = with_channels(alpha=np.degrees(FLIGHT["alpha"]), q=np.degrees(FLIGHT["q"]), theta=np.degrees(FLIGHT["theta"]))
-    code, told, files = run(verb, tmp_path, far, "light_transport", capsys)
+    code, error, files = run(verb, tmp_path, far, "light_transport", capsys)
     assert code in {3, 4}
-    assert is_one_sentence(told)
+    assert is_one_sentence(error)
     assert files == []
 
 
@@ -58,10 +58,10 @@ def test_a_channel_that_is_not_there_is_named(
     verb: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     less = replace(FLIGHT, channels={name: v for name, v in FLIGHT.channels.items() if name != "q"})
-    code, told, files = run(verb, tmp_path, less, "light_transport", capsys)
+    code, error, files = run(verb, tmp_path, less, "light_transport", capsys)
     assert code == 3
-    assert re.search(r"\bq\b", told)
-    assert is_one_sentence(told)
+    assert re.search(r"\bq\b", error)
+    assert is_one_sentence(error)
     assert files == []
 
 
@@ -70,17 +70,17 @@ def test_a_flight_of_three_samples_is_refused(
     verb: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     short = replace(FLIGHT, time=FLIGHT.time[:3], channels={name: v[:3] for name, v in FLIGHT.channels.items()})
-    code, told, files = run(verb, tmp_path, short, "light_transport", capsys)
+    code, error, files = run(verb, tmp_path, short, "light_transport", capsys)
     assert code == 3
-    assert is_one_sentence(told)
+    assert is_one_sentence(error)
     assert files == []
 
 
 def test_an_aircraft_of_six_axes_asks_for_the_channels_of_six(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, told, files = run(VERBS[0], tmp_path, FLIGHT, "navion", capsys)
+    code, error, files = run(VERBS[0], tmp_path, FLIGHT, "navion", capsys)
     assert code == 3
-    assert "channel p is missing" in told
-    assert is_one_sentence(told)
+    assert "channel p is missing" in error
+    assert is_one_sentence(error)
     assert files == []

@@ -1,4 +1,4 @@
-"""The command line: verbs, exit codes, one sentence for every error."""
+"""The command line: verbs, exit codes, a one-sentence message for every error."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def log(tmp_path: Path) -> Path:
 
 
 def test_check_prints_channels_and_what_to_do(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    # Three seconds in which no surface moves: exit code 3, and the one verdict says why.
+    # Three seconds without a control movement: exit code 3, and the single verdict gives the reason.
     assert main(["check", str(log)]) == 3
     output = capsys.readouterr().out
     for words in ("flight.csv", "alpha", "rad/s", "30 samples", "every 0.1 s", "cannot be used by close-loop: "):
@@ -106,7 +106,7 @@ def test_debug_adds_a_traceback_wherever_it_stands(arguments: list[str], capsys:
 def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_reads_it(
     monkeypatch: pytest.MonkeyPatch, given: str
 ) -> None:
-    # In a process of its own: numpy stumbles over the variable where it is imported first.
+    # In a process of its own: numpy fails on the variable where it is imported first.
     monkeypatch.setenv("SOURCE_DATE_EPOCH", given)
     ran = subprocess.run(
         [sys.executable, "-m", "aerosid", "check", "none.csv"], capture_output=True, text=True, check=False
@@ -119,7 +119,7 @@ def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_read
 
 
 @pytest.mark.parametrize(
-    ("words", "code", "told"),
+    ("words", "code", "message"),
     [
         ("check LOG --from 1000", 3, "no samples lie after 1000 s, but the log runs from 0 to 2.9 s"),
         ("check LOG --from 2 --to 1", 3, "no samples lie after 2 s and before 1 s"),
@@ -150,12 +150,12 @@ def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_read
     ],
 )
 def test_wrong_numbers_are_told_as_they_were_given(
-    words: str, code: int, told: str, log: Path, capsys: pytest.CaptureFixture[str]
+    words: str, code: int, message: str, log: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     flight = str(bundled_folder("flight_data") / "light_transport_doublet.csv")
     assert main(words.replace("LOG", str(log)).replace("FLIGHT", flight).split()) == code
     error = capsys.readouterr().err
-    assert told in error
+    assert message in error
     assert error.count("\n") == 1
 
 
@@ -172,7 +172,7 @@ def test_a_number_that_no_sensor_reads_is_refused_by_its_place(
 
 
 class FaultyOutput(io.StringIO):
-    """A standard output that fails in a way nobody expects."""
+    """A standard output that fails with an unexpected error."""
 
     def write(self, text: str) -> int:
         raise ZeroDivisionError("two\nlines")
@@ -217,7 +217,7 @@ def test_module_and_reader_that_goes_away() -> None:
 
 
 def test_a_reader_that_goes_away_costs_no_file(tmp_path: Path) -> None:
-    """Cut off behind the first line the loop wrote nothing, and where it was cut off later it stood still for ever."""
+    """With output closed after the first line the loop wrote nothing, and with output closed later it hung."""
     flights = README.parent / "flight_data"
     words = [
         f'"{sys.executable}" -m aerosid close-loop --aircraft light_transport',
@@ -267,6 +267,6 @@ def test_the_module_ends_with_the_exit_code_as_the_command_does(tmp_path: Path) 
 @pytest.mark.parametrize("verb", ["close-loop x.csv --aircraft y", "batch x", "cross-check"])
 def test_a_seed_below_zero_is_refused_before_anything_is_read(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*verb.split(), "--seed", "-1"]) == 2
-    said = capsys.readouterr().err
-    assert "seed" in said
-    assert said.count("\n") == 1
+    error = capsys.readouterr().err
+    assert "seed" in error
+    assert error.count("\n") == 1

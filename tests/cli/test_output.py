@@ -1,4 +1,4 @@
-"""--json is one document and nothing else, --quiet is nothing; errors name the verb; progress is a line a stage."""
+"""--json prints one document only, --quiet prints nothing; errors name the verb; progress is one line per stage."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_json_is_one_document_and_quiet_is_nothing(
     assert str(tmp_path) not in json.dumps({**document, "files": []})
     assert main(["--quiet", *words]) == code
     captured = capsys.readouterr()
-    # The model itself is what an export was asked for, and a check for its closing sentence.
+    # With --quiet an export prints the model itself, and a check its verdict sentence.
     assert (captured.out == "") is (verb not in ("export", "check"))
     assert captured.out.count("\n") <= 1 or verb == "export"
     assert captured.err == ""
@@ -90,11 +90,11 @@ def test_what_remains_is_a_range_that_follows_from_what_passed() -> None:
     assert remaining("preparing the logs", 3.0) is None
     assert remaining("a stage that nobody timed", 3.0) is None
     for stage, (low, high) in BEGUN.items():
-        told = remaining(stage, 60.0)
-        assert (told is None) is (low < 0.03)
-        # Whatever share within the range has passed, the rest is within what was told.
+        shown = remaining(stage, 60.0)
+        assert (shown is None) is (low < 0.03)
+        # Whatever fraction within the range has elapsed, the remaining time is within the range shown.
         for share in (low, 0.5 * (low + high), high):
-            assert told is None or told[0] <= 60.0 / share - 60.0 + 1e-9 <= told[1] + 2e-9
+            assert shown is None or shown[0] <= 60.0 / share - 60.0 + 1e-9 <= shown[1] + 2e-9
 
 
 def test_redirected_runs_are_told_now_and_then(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""From the recorder's own file to the report: one flight of JSBSim in every format that can hold a manoeuvre."""
+"""From the recorder's file to the report: one flight of JSBSim in every format that can represent a manoeuvre."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ INPUTS = [("doublet", 6.0, 1.0, (1, 1)), ("3211", 26.0, 0.6, (3, 2, 1, 1))]  # k
 
 
 def _elevator(folder: Path) -> Path:
-    """The inputs with edges that take a tenth of a second, as a log to fly."""
+    """The inputs with ramps of a tenth of a second, as a log to fly."""
     time = np.arange(0.0, 44.0, 0.004)
     angle = np.zeros(time.size)
     for _, start, unit, pattern in INPUTS:
@@ -38,7 +38,7 @@ def _elevator(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The native log; the declared aircraft stands beside it and lacks C_m alpha^2."""
+    """The native log; the declared aircraft is in the same folder and lacks C_m alpha^2."""
     folder = tmp_path_factory.mktemp("flown")
     words = ["fly", "light_transport", "--input", str(_elevator(folder)), "--interval", "0.004", "--seed", "3"]
     effect = f"aero_term:C_m:alpha^2={UNDECLARED}"
@@ -47,7 +47,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def shows_the_inputs(found: Sequence[Any], zero: float, tolerance: float) -> bool:
-    """Whether exactly what was flown was found, each where it began."""
+    """Whether exactly the flown manoeuvres were found, each at its start."""
     dynamic = [entry for entry in found if not entry.is_condition]
     same = [entry.kind for entry in dynamic] == [kind for kind, *_ in INPUTS]
     return same and all(
@@ -61,17 +61,17 @@ def test_a_px4_log_by_a_map_that_a_person_corrected(
     log, kept = recorded.ulog(aerosid.read_log(flown), tmp_path / "flight.ulg"), tmp_path / "px4.toml"
     assert main(["channels", str(log), "--out", str(kept)]) == 0
     proposed = kept.read_text()
-    asked = '# confirm: alpha = { column = "sensor_vane[0].alpha" }  # by its name'
+    unconfirmed = '# confirm: alpha = { column = "sensor_vane[0].alpha" }  # by its name'
     command = '{ column = "vehicle_torque_setpoint.xyz[1]", unit = "1", sign = -1'
-    assert asked in proposed
-    corrected = proposed.replace(asked, 'alpha = { column = "sensor_vane[0].alpha", unit = "deg" }')
+    assert unconfirmed in proposed
+    corrected = proposed.replace(unconfirmed, 'alpha = { column = "sensor_vane[0].alpha", unit = "deg" }')
     corrected = corrected.replace(command, command.replace('"1"', '"deg", scale = 25'))
     kept.write_text(corrected.replace("schema = 1\n", "schema = 1\nraster = 25\n"))
 
     capsys.readouterr()
     assert main(["find", str(log), "--channels", str(kept), "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)["manoeuvres"]
-    dynamic = [entry for entry in said if entry["kind"] != "trim"]
+    listing = json.loads(capsys.readouterr().out)["manoeuvres"]
+    dynamic = [entry for entry in listing if entry["kind"] != "trim"]
     assert [entry["kind"] for entry in dynamic] == ["doublet", "3211"]
     for entry, (_, start, *_) in zip(dynamic, INPUTS, strict=True):
         assert entry["start"] == pytest.approx(recorded.BOOT + start, abs=0.15)
@@ -88,7 +88,7 @@ def test_a_px4_log_by_a_map_that_a_person_corrected(
     page = (out / "report.html").read_text()
     for words_of_the_clocks in (
         "raster: 25 Hz, as set in the map",
-        "low-passed above 7.5 Hz and brought from 249.7 to 25 Hz",
+        "low-passed above 7.5 Hz and resampled from 249.7 to 25 Hz",
         "Hz: kept at the instants nearest its own samples, missing between",
         "h: interpolated between its own samples, of the same rate",
         "timestamp is later by 0.4 ms",

@@ -1,4 +1,4 @@
-"""The verb replay: frames that see no later sample, a page that a person can scrub, broken input."""
+"""The verb replay: frames independent of later samples, a page with a time slider, invalid input."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from aerosid.aircraft import load_aircraft
 from aerosid.cli.main import main
 from aerosid.logs.formats import read_log
 from aerosid.loop.identification import replayed
-from aerosid.model_error.in_flight import Frame, InFlightSettings
+from aerosid.model_error.paper_chain.in_flight import Frame, InFlightSettings
 from aerosid.reporting.replay_page import frames_json, render_replay
 
 FLIGHT = Problem(undeclared=BOTH_SQUARES).fly(3)
@@ -42,7 +42,7 @@ def test_names_never_leave_and_time_goes_on(frames: list[Frame]) -> None:
 
 
 def test_a_frame_has_seen_no_later_sample(frames: list[Frame]) -> None:
-    """But for the weights, which are set beforehand: a record that ends in nonsense gives the same d(t) before that."""
+    """Except for the weights, which are set beforehand: invalid data at the end give the same d(t) before them."""
     spoilt = {name: values.copy() for name, values in FLIGHT.channels.items()}
     spoilt["q"][-40:] += 0.05
     other = list(replayed(replace(FLIGHT, channels=spoilt), LIGHT, 0.5))
@@ -61,8 +61,8 @@ def test_every_candidate_says_why_it_is_not_named(frames: list[Frame]) -> None:
     }
     for row, reason in reasons:
         assert (row.p_value > limit) == reason.startswith(("not significant", "collinear")), reason
-    told = {row.label for row, _ in reasons} | {name.split(" from ")[1] for _, name in reasons if " from C_" in name}
-    assert all(name.split()[0] in LIGHT.axes.coefficients for name in told)
+    labels = {row.label for row, _ in reasons} | {name.split(" from ")[1] for _, name in reasons if " from C_" in name}
+    assert all(name.split()[0] in LIGHT.axes.coefficients for name in labels)
     page = render_replay(frames, "log", "aircraft", LIGHT.axes.coefficients)
     assert "reason for rejection" in page
     assert frames[-1].candidates[0].reason in page
@@ -93,7 +93,7 @@ def test_the_verb_writes_the_page_and_prints_the_names(tmp_path: Path, capsys: p
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "message"),
     [
         (("--step", "0"), 2, "--step is 0"),
         (("--speed", "-1"), 2, "--speed -1"),
@@ -101,13 +101,13 @@ def test_the_verb_writes_the_page_and_prints_the_names(tmp_path: Path, capsys: p
     ],
 )
 def test_wrong_usage_is_one_sentence_and_leaves_no_file(
-    arguments: tuple[str, ...], code: int, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: tuple[str, ...], code: int, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "flight.csv").write_text(native_csv(FLIGHT))
     out = tmp_path / "out"
     command = ["replay", str(tmp_path / "flight.csv"), "--aircraft", "light_transport", "--out", str(out), *arguments]
     assert main(command) == code
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not (out / "replay.html").exists()
 
 
@@ -127,7 +127,7 @@ def test_a_log_without_alpha_is_said_in_one_sentence(tmp_path: Path, capsys: pyt
 def test_the_other_axes_are_followed_too(
     declared: dict[tuple[str, str], float], term: tuple[str, str], tmp_path: Path
 ) -> None:
-    """d(t) of every modelled coefficient; what the flight lacks is named with its number before it ends."""
+    """d(t) of every modelled coefficient; the missing effect is identified before the end of the flight."""
     planted = {("C_n", "beta^3"): 1.2, ("C_m", "beta^2"): -1.0}[term]
     log, flown = Lateral(extra={term: planted}, size=1.5).log(), aircraft(declared)
     frames = list(replayed(log, flown, 0.5))
@@ -141,7 +141,7 @@ def test_the_other_axes_are_followed_too(
 
 @pytest.mark.slow
 def test_no_term_is_named_in_the_place_of_a_late_rudder() -> None:
-    """JSBSim's flight of the Navion, whose rudder lags by 0.12 s: C_n alpha*delta_r was named, and three terms more."""
+    """JSBSim's Navion, whose rudder lags by 0.12 s: C_n alpha*delta_r was named, with three more terms."""
     log = read_log(Path(__file__).parents[2] / "flight_data" / "navion_identify.csv")
     last = list(replayed(log, load_aircraft("navion"), 0.5))[-1]
     assert last.names == ()

@@ -1,4 +1,4 @@
-"""The tutorial, step by step as a reader would type it, on the files that it makes."""
+"""The tutorial, step by step as typed by a reader, on the files that it creates."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STEP = re.compile(r"^```(python|toml)\n([\s\S]*?)^```$|^    aerosid (.*)$|^> (.*
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An empty folder in which every step of the page was done; what it quotes was said by the step before."""
+    """A folder in which every step of the page was run; text quoted on the page is in the output of the step before."""
     folder = tmp_path_factory.mktemp("tutorial")
     with pytest.MonkeyPatch.context() as patched, pytest.MonkeyPatch.context() as there:
         patched.setenv("SOURCE_DATE_EPOCH", "1795305600")
@@ -30,21 +30,21 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _walk(folder: Path) -> None:
-    said = folder / "said.txt"
-    for language, block, words, told in STEP.findall(PAGE):
+    printed = folder / "printed.txt"
+    for language, block, words, quoted in STEP.findall(PAGE):
         if language == "python":
             exec(compile(block, "tutorial", "exec"), {"__name__": "tutorial"})  # noqa: S102
         elif language == "toml":
             (folder / block.splitlines()[0].removeprefix("# ")).write_text(block, encoding="utf-8")
         elif words:
             output = _run(shlex.split(words))
-            said.write_text(output, encoding="utf-8")
+            printed.write_text(output, encoding="utf-8")
         else:
-            assert " ".join(told.split()) in " ".join(said.read_text(encoding="utf-8").split()), told
+            assert " ".join(quoted.split()) in " ".join(printed.read_text(encoding="utf-8").split()), quoted
 
 
 def _run(words: list[str]) -> str:
-    """What a command printed; each of the page ends well."""
+    """Output of a command; every command of the page succeeds."""
     stream = io.StringIO()
     with contextlib.redirect_stdout(stream):
         code = main(words)
@@ -78,7 +78,7 @@ def test_the_report_is_signed_and_marks_what_it_extrapolates(folder: Path) -> No
     for row in json.loads((folder / "report" / "result.json").read_text(encoding="utf-8"))["linear"]:
         phugoid = next(mode for mode in row["modes"] if mode["name"] == "phugoid")
         assert "period" in phugoid["extrapolated"]
-        assert 40.0 < phugoid["numbers"]["period"]["value"] < 90.0  # about a minute, as the page says
+        assert 40.0 < phugoid["numbers"]["period"]["value"] < 90.0  # about a minute, as stated on the page
 
 
 def test_what_is_handed_on_is_the_completed_model(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""What users met with broken recordings, C1 to C24: what can be read is read with a sentence, the rest is refused."""
+"""Faults of recordings met by users, C1 to C24: usable parts are read with a note, the rest is refused."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def listed(path: Path) -> Listing:
     return list_channels(read_recording(path))
 
 
-def said(source: Listing | FlightLog | Recording, *words: str) -> bool:
-    """Whether one note holds all the words."""
+def notes_contain(source: Listing | FlightLog | Recording, *words: str) -> bool:
+    """Whether one note contains all the words."""
     return any(all(word in note for word in words) for note in source.notes)
 
 
@@ -56,9 +56,9 @@ def test_c1_spans_that_disagree_are_a_sentence_and_check_prints_each_topic(
 ) -> None:
     content = files.ulog([topic("gyro", rows(10.0, 30.0, 100.0)), topic("gps", rows(20.0, 30.0, 5.0))])
     path = write(tmp_path, "log.ulg", content)
-    assert said(listed(path), "gps[0] covers only 20 to", "of it")
+    assert notes_contain(listed(path), "gps[0] covers only 20 to", "of it")
     write(tmp_path, "channels.toml", 'schema = 1\n[channels]\nq = { column = "gyro.x", unit = "rad/s" }\n')
-    assert main(["check", str(path)]) == 3  # close-loop would lack the airspeed
+    assert main(["check", str(path)]) == 3  # the airspeed, needed by close-loop, is missing
     printed = capsys.readouterr().out
     for words in (("gyro[0]", "2000", "100", "10.000000", "29.990000"), ("gps[0]", "50", "5", "20.000000")):
         assert any(all(word in line for word in words) for line in printed.splitlines())
@@ -70,14 +70,14 @@ def test_c2_stray_stamps_do_not_stretch_the_axis(tmp_path: Path) -> None:
         topic("gyro", rows(20.3, 26.8, 100.0)), *(topic(f"stray{k}", one) for k, one in enumerate(strays)),
     ])  # fmt: skip
     path = write(tmp_path, "log.ulg", content)
-    assert said(listed(path), "lasts 6.49 s", "1 message is after it, 2 long before it")
+    assert notes_contain(listed(path), "lasts 6.49 s", "1 message is after it, 2 long before it")
     log = read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s"}})
     assert (log.time[0], log.time[-1]) == pytest.approx((20.3, 26.79))
 
 
 def test_c2_on_the_recording() -> None:
     path = recorder("../flight_data/px4/sample_log_small.ulg")
-    assert said(listed(path), "lasts 6.5", "1 message is after it, 4 long before it")
+    assert notes_contain(listed(path), "lasts 6.5", "1 message is after it, 4 long before it")
     log = read_log(path)
     assert log.time[0] > 20.3
     assert log.time[-1] < 26.9
@@ -87,7 +87,7 @@ def test_c2_on_the_recording() -> None:
 def test_c3_topics_without_a_clock_are_refused_by_name_and_the_rest_read(tmp_path: Path) -> None:
     dead = [(0, float(k)) for k in range(50)]
     path = write(tmp_path, "log.ulg", files.ulog([topic("gyro", rows(1.0, 3.0, 100.0)), topic("innovations", dead)]))
-    assert said(listed(path), "innovations[0] cannot be used", "all 50 stamps (timestamp) are 0")
+    assert notes_contain(listed(path), "innovations[0] cannot be used", "all 50 stamps (timestamp) are 0")
     with pytest.raises(LogError, match=r"innovations\[0\], mapped as a: all 50 stamps .* are 0"):
         read_log(path, {"a": {"column": "innovations.x", "unit": "1"}})
     assert read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s"}}).samples == 200
@@ -121,7 +121,7 @@ def test_c5_instances_are_channels_of_their_own(tmp_path: Path) -> None:
     log = read_log(path, {"one": {"column": "battery.x", "unit": "V"}, "two": {"column": "battery[1].x", "unit": "V"}})
     assert set(log["one"]) == {12.0}
     assert set(log["two"][np.isfinite(log["two"])]) == {24.0}
-    assert said(log, "one: battery[0].x is used; the recording also holds battery[1]")
+    assert notes_contain(log, "one: battery[0].x is used; the recording also holds battery[1]")
 
 
 def test_c6_an_unknown_instance_or_name_lists_what_is_there(tmp_path: Path) -> None:
@@ -148,7 +148,7 @@ def test_c7_one_map_reads_old_and_new_names_and_says_which(tmp_path: Path, name:
     path = write(tmp_path, "log.ulg", files.ulog([topic(name, rows(1, 5, 50))]))
     log = read_log(path, write(tmp_path, "map.toml", RENAMED))
     assert_allclose(log["delta_e"], -np.sin(log.time), atol=1e-6)
-    assert said(log, f"delta_e: taken from {name}[0].x")
+    assert notes_contain(log, f"delta_e: taken from {name}[0].x")
 
 
 def test_a_folder_called_like_a_ready_map_does_not_hide_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,8 +163,8 @@ def test_a_folder_called_like_a_ready_map_does_not_hide_it(tmp_path: Path, monke
 def test_c7_on_recordings_of_two_generations() -> None:
     old = read_log(recorder("px4/motor_failure.ulg"), "px4")
     new = read_log(recorder("px4/sample_px4_events.ulg"), "px4")
-    assert said(old, "delta_e: taken from actuator_controls_0[0].control[1]")
-    assert said(new, "delta_e: taken from vehicle_torque_setpoint[0].xyz[1]")
+    assert notes_contain(old, "delta_e: taken from actuator_controls_0[0].control[1]")
+    assert notes_contain(new, "delta_e: taken from vehicle_torque_setpoint[0].xyz[1]")
 
 
 def test_c8_stamps_out_of_order_are_kept_counted_and_sorted(tmp_path: Path) -> None:
@@ -175,9 +175,9 @@ def test_c8_stamps_out_of_order_are_kept_counted_and_sorted(tmp_path: Path) -> N
     log = read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s"}})
     assert log.samples == 200
     assert_allclose(log["q"], np.sin(log.time), atol=1e-6)
-    assert said(log, "q: 1 steps back in the stamps; the samples are sorted, none is left out")
-    # The second topic begins before the first one ends: that is how topics lie in a file.
-    assert not said(listed(path), "other", "back")
+    assert notes_contain(log, "q: 1 steps back in the stamps; the samples are sorted, none is left out")
+    # The second topic begins before the first one ends: topics overlap in a file.
+    assert not notes_contain(listed(path), "other", "back")
 
 
 def test_c9_a_cut_file_is_read_up_to_its_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,7 +185,7 @@ def test_c9_a_cut_file_is_read_up_to_its_end(tmp_path: Path, capsys: pytest.Capt
     path = write(tmp_path, "log.ulg", whole[:-10])
     log = read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s"}})
     assert log.samples == 199
-    assert said(log, "the file ends inside a message")
+    assert notes_contain(log, "the file ends inside a message")
     assert main(["channels", str(path)]) == 0
     printed = capsys.readouterr()
     assert printed.err == ""
@@ -197,11 +197,11 @@ def test_c9_on_the_recording(tmp_path: Path) -> None:
     cut = read_recording(write(tmp_path, "cut.ulg", whole[:2_026_682]))
     stream = next(one for one in cut.streams if one.label == "sensor_combined[0]")
     assert (stream.clocks[0].ticks.size, stream.clocks[0].ticks[-1]) == (8462, 146_690_307)
-    assert said(cut, "ends inside a message")
+    assert notes_contain(cut, "ends inside a message")
     zeroed = read_recording(write(tmp_path, "zeroed.ulg", whole[:2_000_000] + bytes(400) + whole[2_000_400:]))
     stream = next(one for one in zeroed.streams if one.label == "sensor_combined[0]")
     assert stream.clocks[0].ticks.size == 17067
-    assert said(zeroed, "damaged at byte 200000", "bytes are skipped")
+    assert notes_contain(zeroed, "damaged at byte 200000", "bytes are skipped")
 
 
 ATT: files.Fmt = (10, "ATT", "Qcc", "TimeUS,Roll,Pitch")
@@ -215,13 +215,13 @@ def test_c10_an_estimator_that_stamps_its_data_time_is_no_disorder(tmp_path: Pat
         content += files.flash_message(XKF, 1_000_000 + 40_000 * k - 2_200, -k)
     log = read_log(write(tmp_path, "log.bin", content), {"theta": {"column": "XKF1.Pitch", "unit": "deg"}})
     assert_allclose(log.time, 1.0 - 0.0022 + 0.04 * np.arange(200), atol=1e-9)
-    assert not said(log, "back")
+    assert not notes_contain(log, "back")
 
 
 def test_c10_on_the_recording() -> None:
     listing = listed(recorder("ardupilot/center_0003.bin"))
-    assert not said(listing, "back")
-    assert said(listing, "636 messages that it could not write")
+    assert not notes_contain(listing, "back")
+    assert notes_contain(listing, "636 messages that it could not write")
 
 
 def test_c11_messages_without_a_format_are_named_and_counted(tmp_path: Path) -> None:
@@ -231,7 +231,7 @@ def test_c11_messages_without_a_format_are_named_and_counted(tmp_path: Path) -> 
         content += files.flash_message(XKF, 20_000 * (k + 1), k)
     recording = read_recording(write(tmp_path, "log.bin", content))
     assert recording.counts["ATT"] == 50
-    assert said(recording, "types 11 (50 times) have no format")
+    assert notes_contain(recording, "types 11 (50 times) have no format")
 
 
 def test_c12_a_format_serves_what_comes_after_it_and_that_of_formats_is_presumed(tmp_path: Path) -> None:
@@ -243,7 +243,7 @@ def test_c12_a_format_serves_what_comes_after_it_and_that_of_formats_is_presumed
         content += files.flash_message(XKF, 20_000 * (k + 1), k)
     recording = read_recording(write(tmp_path, "log.bin", content + files.flash_format(files.FMT_OF_FMT)))
     assert (recording.counts["ATT"], recording.counts["XKF1"]) == (60, 31)
-    assert said(recording, "types 11 (29 times)")
+    assert notes_contain(recording, "types 11 (29 times)")
 
 
 def test_c13_bad_bytes_are_one_sentence(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -280,7 +280,7 @@ def test_c14_multipliers_bring_the_raw_number_to_the_unit(tmp_path: Path) -> Non
     log = read_log(write(tmp_path, "log.bin", content), {"climb": "CTUN.CRt", "h": "CTUN.Alt"})
     assert set(log["climb"]) == {2.5}
     assert log.units["climb"] == "m/s"
-    # The letter c scales by itself, and not a second time.
+    # The letter c implies a scale, which must not be applied twice.
     assert set(log["h"]) == {12.34}
 
 
@@ -304,8 +304,8 @@ def test_c16_two_boots_in_one_telemetry_log_are_two_runs(tmp_path: Path) -> None
     log = read_log(path, {"theta": {"column": "ATTITUDE.pitch", "unit": "rad"}})
     assert (log.time[0], log.time[-1], log.samples) == (5.0, 79.75, 300)
     assert_allclose(log["theta"], 0.2, rtol=1e-6)
-    assert said(log, "2 runs", "5 to 79.75 s", "others (60 to 69.75 s)")
-    assert said(listed(path), "restarted within the file (2 runs): ATTITUDE at sample 41")
+    assert notes_contain(log, "2 runs", "5 to 79.75 s", "others (60 to 69.75 s)")
+    assert notes_contain(listed(path), "restarted within the file (2 runs): ATTITUDE at sample 41")
 
 
 def test_c16_a_message_of_one_run_only_is_listed(tmp_path: Path) -> None:
@@ -329,7 +329,7 @@ def test_c16_on_the_recording() -> None:
     cut = int(np.flatnonzero(np.diff(stream.boots))[0]) + 1
     assert arrival.ticks[cut] == 1_533_737_164_565_000
     log = read_log(path)
-    assert said(log, "2 runs", "610.541 to 817.077 s", "others (608.582 to 611.941 s)")
+    assert notes_contain(log, "2 runs", "610.541 to 817.077 s", "others (608.582 to 611.941 s)")
 
 
 @pytest.mark.parametrize(("status", "known"), [(1, False), (3, True)])
@@ -350,7 +350,7 @@ def test_c18_a_map_names_the_stamp_and_their_difference_is_told(tmp_path: Path) 
     path = write(tmp_path, "log.ulg", files.ulog([("gyro", 0, fields, samples)]))
     sampled = read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s"}})
     assert sampled.time[0] == pytest.approx(0.0104)
-    assert said(sampled, "q: stamps are timestamp_sample; timestamp is later by 0.4 ms")
+    assert notes_contain(sampled, "q: stamps are timestamp_sample; timestamp is later by 0.4 ms")
     written = read_log(path, {"q": {"column": "gyro.x", "unit": "rad/s", "clock": "timestamp"}})
     assert written.time[0] == pytest.approx(0.0108)
 
@@ -362,7 +362,7 @@ def test_c18_radio_delay_is_told_with_its_drift(tmp_path: Path) -> None:
         (arrival + round(250_100 * k) + 900_000 * (k % 7 == 3), files.attitude(250 * k, 0.1)) for k in range(1, 300)
     ]
     log = read_log(write(tmp_path, "log.tlog", files.tlog(messages)), {"theta": {"column": "ATTITUDE.pitch"}})
-    assert said(log, "stamps are time_boot_ms; arrival runs within 0.9", "drifts by", "ppm")
+    assert notes_contain(log, "stamps are time_boot_ms; arrival runs within 0.9", "drifts by", "ppm")
     assert_allclose(log.time, 0.25 * np.arange(1, 300), rtol=1e-12)
 
 
@@ -412,7 +412,7 @@ def test_c21_an_unfinished_mdf_file_is_finished_in_memory_or_refused(tmp_path: P
     before = unfinished.read_bytes()
     log = read_log(unfinished, {"q": "q"})
     assert_array_equal(log["q"], np.sin(time))
-    assert said(log, "did not finalise")
+    assert notes_contain(log, "did not finalise")
     assert unfinished.read_bytes() == before
     cut = write(tmp_path, "cut.mf4", whole[: 2 * len(whole) // 3])
     with pytest.raises(LogError, match=r"cut\.mf4: the MDF file is damaged or truncated .*from the recorder\.$"):
@@ -450,12 +450,12 @@ def test_c23_no_sample_lies_inside_a_hole(tmp_path: Path) -> None:
     assert [(part.time[0], part.time[-1]) for part in parts] == [(0.0, 9.98), (25.4, 39.98)]
     longest = read_log(tmp_path / "log.csv")
     assert longest.time[0] == 25.4
-    assert said(longest, "1 hole", "15.4 s after 9.98 s", "2 segments")
+    assert notes_contain(longest, "1 gap", "15.4 s after 9.98 s", "2 segments")
     assert read_log(tmp_path / "log.csv", start=2.0, stop=8.0).time[0] == 2.0
 
 
 def test_c23_streams_are_cut_together(tmp_path: Path) -> None:
-    """A hole in one stream, a mark of the recorder in another place: three segments, none with a value inside."""
+    """A gap in one stream, a loss marked by the recorder elsewhere: three segments, no value inside a gap."""
     fast = [row for row in rows(0.0, 30.0, 100.0) if not 10_000_000 < row[0] < 12_000_000]
     slow = rows(0.0, 30.0, 20.0)
     content = files.ulog([topic("gyro", fast), topic("attitude", slow)], drop_outs={2100: 500})
@@ -504,8 +504,8 @@ def test_c24_conventions_of_the_load_factor_are_told_apart_and_asked(
 
 def test_c24_the_resolution_of_stamps_is_told(tmp_path: Path) -> None:
     log = read_log(avionics(tmp_path, 0.0), "garmin_g1000")
-    assert said(log, "resolution of 1 s and 40 of 240 repeat")
-    assert said(log, "read with the channel map garmin_g1000")
+    assert notes_contain(log, "resolution of 1 s and 40 of 240 repeat")
+    assert notes_contain(log, "read with the channel map garmin_g1000")
     assert np.all(np.diff(log.time) > 0.0)
     assert np.nanmean(log["a_z"]) == pytest.approx(-9.80665, rel=0.01)
 

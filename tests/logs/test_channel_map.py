@@ -1,4 +1,4 @@
-"""Channel maps: signs, offsets, delays, positions, which map wins."""
+"""Channel maps: signs, offsets, delays, positions, precedence."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_columns_are_summed_and_missing_in_one_is_missing_in_the_sum(tmp_path: P
 
 @pytest.mark.parametrize("delay", [0.037, 0.1, 0.55, -0.12])
 def test_a_late_recording_is_moved_earlier(tmp_path: Path, delay: float) -> None:
-    """The recording of a straight line, late by `delay`, comes back as that line on an uneven time base."""
+    """The recording of a straight line, delayed by `delay`, is restored on a non-uniform time base."""
     time = np.cumsum(np.random.default_rng(1).uniform(0.03, 0.09, 60))
     path = write_log(tmp_path, time, 3.0 * (time - delay) + 1.0)
     write_map(tmp_path, f'theta = {{ column = 2, unit = "rad", delay = {delay} }}')

@@ -1,4 +1,4 @@
-"""Noise of a channel: declared wins, estimated where that is possible, doubted where it is not."""
+"""Noise of a channel: declared values take precedence, estimates where possible, marked where unreliable."""
 
 from __future__ import annotations
 

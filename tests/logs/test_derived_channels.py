@@ -71,13 +71,13 @@ def test_angles_of_a_quaternion_are_scipys(phi: float, theta: float, psi: float)
 @settings(deadline=None)
 @given(st.floats(-0.2, 0.4), st.floats(-0.3, 0.3), st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1))
 def test_a_vane_moved_to_the_centre_of_gravity(alpha: float, beta: float, p: float, q: float, r: float) -> None:
-    """The air's velocity at the vane is that at the centre of gravity plus omega cross the vane's place."""
+    """The air's velocity at the vane is that at the centre of gravity plus omega cross the vane's position."""
     at = np.array([4.0, 0.7, -0.5])
     velocity = 80.0 * np.array([np.cos(alpha) * np.cos(beta), np.sin(beta), np.sin(alpha) * np.cos(beta)])
     u, v, w = velocity + np.cross([p, q, r], at)
     vane, speed = np.arctan2(w, u), np.hypot(u, w)
     found = laws.alpha_at_centre_of_gravity(np.array([vane]), np.array([speed]), np.array([p]), np.array([q]), *at)
-    # What is left out is the yaw rate's part of u at the vane, r y over V.
+    # The neglected term is the yaw rate's part of u at the vane, r y over V.
     assert found[0] == pytest.approx(alpha, abs=1.1 * abs(r * at[1] / 80.0) * (abs(alpha) + 0.1) + 1e-9)
     side = laws.beta_at_centre_of_gravity(
         np.array([np.arcsin(v / 80.0)]), np.array([80.0]), np.array([p]), np.array([r]), at[0], at[2]

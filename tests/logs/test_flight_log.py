@@ -1,4 +1,4 @@
-"""The log is immutable, checks itself and can be cut."""
+"""The log is immutable, validates its data and can be cut."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Readers: values, units, missing samples and formats; damaged files end in one kind of error."""
+"""Readers: values, units, missing samples and formats; damaged files raise a single kind of error."""
 
 from __future__ import annotations
 
@@ -327,7 +327,7 @@ def test_damaged_files_are_read_or_refused(tmp_path: Path, data: st.DataObject) 
 
 
 def test_a_matlab_file_whose_sizes_do_not_fit_what_it_holds_is_refused(tmp_path: Path) -> None:
-    """A library that followed such lengths left the memory of the file, and the interpreter was gone."""
+    """A library that followed such lengths read outside the file's memory, and the interpreter crashed."""
     scipy.io.savemat(tmp_path / "log.mat", {"t": K, "al": {"b": 2 * K}})
     write(tmp_path, "log.mat.channels.toml", MATLAB_MAP.format('"t"', '"al.b"'))
     whole = (tmp_path / "log.mat").read_bytes()
@@ -386,7 +386,7 @@ def test_recorded_alpha_wins_over_velocities(tmp_path: Path) -> None:
     ],
 )
 def test_recordings_read_in_si(name: str, channel_map: str, samples: int, interval: float) -> None:
-    """Physics that no wrong unit or sign survives: theta' = q, 1 g on the mean, elevator against pitch acceleration."""
+    """Physics that fails with a wrong unit or sign: theta' = q, mean of 1 g, elevator against pitch acceleration."""
     path = recording(name)
     log = read_log(path, bundled_folder("flight_data") / "channel_maps" / f"{channel_map}.toml")
     assert log.samples == samples

@@ -1,4 +1,4 @@
-"""Proposed channel maps: names, and units and signs told by physics, on a simulated pitching motion."""
+"""Proposed channel maps: names, and units and signs from physical relations, on a simulated pitching motion."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_listing_leaves_damage_out_of_the_range(tmp_path: Path) -> None:
 
 
 def test_a_table_of_a_known_recorder_is_refused_with_the_map_that_fits(tmp_path: Path) -> None:
-    """JSBSim's own output: brackets of another kind than aerosid's, so it is no native log, and its map is at hand."""
+    """JSBSim's own output: its brackets differ from aerosid's, so it is not a native log, and its map is bundled."""
     header = "Time,V_{Total} (ft/s),Alpha (deg),Q (deg/s),Theta (deg),Elevator Position (deg)"
     rows = "".join(f"{0.02 * k},{200 + k},{0.1 * k},{0.2 * k},{0.3 * k},{0.4 * k}\n" for k in range(30))
     path = tmp_path / "JSBout.csv"

@@ -1,4 +1,4 @@
-"""Each fault is planted in a good log and found; the good log is without one."""
+"""Each fault is planted in a valid log and found; the valid log has none."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Arrays = dict[str, NDArray[np.float64]]
 
 
 def good_channels(seed: int = 0) -> tuple[NDArray[np.float64], Arrays]:
-    """A made-up but kinematically consistent manoeuvre, 20 s at 20 ms."""
+    """A simulated, kinematically consistent manoeuvre, 20 s at 20 ms."""
     random = np.random.default_rng(seed)
     time = 0.02 * np.arange(1000)
     delta_e = 0.05 * np.sign(np.sin(1.1 * time)) * (time > 1.0) * (time < 12.0)
-    # Half a second of memory: the elevator's part of the pitch rate, so that its sign can be told.
+    # A time constant of half a second: the elevator's part of the pitch rate, which determines its sign.
     answer = np.convolve(delta_e, np.exp(-2.0 * time), mode="full")[: time.size] * 0.02
     q = 0.056 * np.cos(0.7 * time) + 0.02 * np.cos(2.9 * time) - 2.0 * answer
     theta = np.concatenate([[0.0], np.cumsum(0.5 * (q[1:] + q[:-1]) * 0.02)])
@@ -222,7 +222,7 @@ def test_real_manoeuvres_are_usable_and_free_of_false_alarms(name: str, channel_
 
 
 def test_unit_mistake_in_a_real_header_is_noticed(tmp_path: Path) -> None:
-    """The stall recording's own row of units says degrees where theta and q are in radians."""
+    """The stall recording's own row of units gives degrees where theta and q are in radians."""
     path = recording("attas/fAttas_qst01_withHeader.asc")
     channel_map = tmp_path / "map.toml"
     channel_map.write_text(

@@ -1,4 +1,4 @@
-"""Numbers with units: in options and in aircraft files the same quantity, however it is written."""
+"""Numbers with units: the same notation in options and in aircraft files."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_an_aircraft_file_in_imperial_units_is_the_same_aircraft() -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "text", "said"),
+    ("key", "text", "message"),
     [
         ("mass", '"5000 ft"', "mass.mass"),
         ("speed", '"fast"', "reference.airspeed"),
@@ -126,10 +126,10 @@ def test_an_aircraft_file_in_imperial_units_is_the_same_aircraft() -> None:
         ("limit", '["-2 kg", 0.2]', "limits.alpha"),
     ],
 )
-def test_a_wrong_unit_names_file_and_key(key: str, text: str, said: str) -> None:
+def test_a_wrong_unit_names_file_and_key(key: str, text: str, message: str) -> None:
     with pytest.raises(AircraftError, match=r"x\.toml") as caught:
         aircraft_from_text(SI.format(**(WORDS | {key: text})), "x.toml", "")
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_the_unit_of_a_derivative_follows_from_its_term() -> None:

@@ -1,4 +1,4 @@
-"""Streams of unlike rates on one raster: which leads, what is low-passed, held, marked, refused, aligned."""
+"""Streams of different rates on one raster: its source, and which channels are low-passed, held, marked, aligned."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write(folder: Path, *streams: tuple[str, int, str, list[tuple[int, float]]])
     return path
 
 
-def said(log: FlightLog, *words: str) -> bool:
+def notes_contain(log: FlightLog, *words: str) -> bool:
     return any(all(word in note for word in words) for note in log.notes)
 
 
@@ -40,13 +40,13 @@ JITTER = ("uniform", "normal")
 
 
 def jittered(kind: str, step: float, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Stamps that are off their even places by 20 % of the step: at most, or as a standard deviation."""
+    """Stamps that deviate from uniform ones by 20 % of the step: at most, or as a standard deviation."""
     off = 0.2 * step * (rng.uniform(-1.0, 1.0, count) if kind == "uniform" else rng.normal(size=count))
     return np.sort(1.0 + step * np.arange(count) + off)
 
 
-def brought(folder: Path, kind: str, frequency: float, rng: np.random.Generator) -> FlightLog:
-    """A sine at 250 Hz brought to the 50 Hz of an attitude."""
+def resampled(folder: Path, kind: str, frequency: float, rng: np.random.Generator) -> FlightLog:
+    """A sine at 250 Hz resampled to the 50 Hz of an attitude."""
     fast, slow = jittered(kind, 0.004, 5000, rng), jittered(kind, 0.02, 1000, rng)
     channels = {"q": {"column": "gyro.x", "unit": "rad/s"}, "theta": {"column": "att.x", "unit": "rad"}}
     sine = np.sin(2 * np.pi * frequency * fast)
@@ -58,20 +58,20 @@ def test_a_sine_keeps_amplitude_and_time_as_it_comes_down_in_rate(
     tmp_path: Path, rng: np.random.Generator, kind: str
 ) -> None:
     """3 Hz from jittered 250 Hz onto jittered 50 Hz: amplitude within .5 %, delay within 1 ms."""
-    log = brought(tmp_path, kind, 3.0, rng)
+    log = resampled(tmp_path, kind, 3.0, rng)
     turn = 2 * np.pi * 3.0 * log.time
     along, across = np.linalg.lstsq(np.column_stack([np.sin(turn), np.cos(turn)]), log["q"], rcond=None)[0]
     assert abs(np.hypot(along, across) - 1.0) < 0.005
     assert abs(np.arctan2(across, along)) / (2 * np.pi * 3.0) < 1e-3
     assert_allclose(log["theta"], np.cos(log.time), atol=1e-6)
-    assert said(log, "raster: 50", "the stamps of theta")
-    assert said(log, "q: low-passed above 15 Hz and brought from 2", "delay of 0.18 s is taken out")
+    assert notes_contain(log, "raster: 50", "the stamps of theta")
+    assert notes_contain(log, "q: low-passed above 15 Hz and resampled from 2", "delay of 0.18 s is compensated")
 
 
 @pytest.mark.parametrize("kind", JITTER)
 def test_what_would_alias_is_gone(tmp_path: Path, rng: np.random.Generator, kind: str) -> None:
-    """40 Hz onto 50 Hz would show as 10 Hz; next to the ends, which no filter sees whole, some of it is left."""
-    log = brought(tmp_path, kind, 40.0, rng)
+    """40 Hz sampled at 50 Hz would alias to 10 Hz; near the ends, where the filter is cut off, some remains."""
+    log = resampled(tmp_path, kind, 40.0, rng)
     inside = (log.time > 1.2) & (log.time < 20.8)
     assert np.abs(log["q"][inside]).max() < 0.01
     assert np.sqrt(np.mean(log["q"] ** 2)) < 0.02
@@ -79,8 +79,8 @@ def test_what_would_alias_is_gone(tmp_path: Path, rng: np.random.Generator, kind
     assert log.time[-1] > 20.95
 
 
-def test_a_table_is_brought_to_the_raster_of_its_map(tmp_path: Path, rng: np.random.Generator) -> None:
-    """The same of one table: its switch is held, its sine low-passed."""
+def test_a_table_is_resampled_to_the_raster_of_its_map(tmp_path: Path, rng: np.random.Generator) -> None:
+    """The same for one table: its switch is held, its sine low-passed."""
     time = jittered("uniform", 0.004, 5000, rng)
     rows = np.column_stack([time, np.sin(6 * np.pi * time) + np.sin(80 * np.pi * time), time > 10.0])
     path = tmp_path / "fast.csv"
@@ -91,7 +91,7 @@ def test_a_table_is_brought_to_the_raster_of_its_map(tmp_path: Path, rng: np.ran
     inside = slice(10, -10)
     assert_allclose(log["q"][inside], np.sin(6 * np.pi * log.time[inside]), atol=0.011)
     assert_array_equal(log["gear"], log.time >= time[time > 10.0][0])
-    assert said(log, "raster: 50 Hz, as set in the map")
+    assert notes_contain(log, "raster: 50 Hz, as set in the map")
 
 
 def test_a_raster_that_a_table_cannot_fill_is_refused(tmp_path: Path) -> None:
@@ -112,8 +112,8 @@ def test_a_raster_told_by_rate(tmp_path: Path) -> None:
     log = read_log(path, {"schema": 1, "raster": 25, "channels": mapped})
     assert_allclose(np.diff(log.time), 0.04, rtol=1e-9)
     assert_allclose(log["q"], np.sin(log.time), atol=4e-4)
-    assert said(log, "raster: 25 Hz, as set in the map")
-    assert said(log, "q, theta: interpolated from 20 to 25 Hz")
+    assert notes_contain(log, "raster: 25 Hz, as set in the map")
+    assert notes_contain(log, "q, theta: interpolated from 20 to 25 Hz")
 
 
 def test_a_slow_output_keeps_only_its_own_samples_and_a_slow_condition_is_interpolated(tmp_path: Path) -> None:
@@ -133,8 +133,8 @@ def test_a_slow_output_keeps_only_its_own_samples_and_a_slow_condition_is_interp
     assert_allclose(log["h"][there], 100 + 3 * log.time[there], rtol=1e-6)
     assert np.count_nonzero(np.isfinite(log["mass"])) > 900
     assert_allclose(log["mass"][100:900], 900 - log.time[100:900], rtol=1e-6)
-    assert said(log, "h: 1 Hz: kept at the instants nearest its own samples")
-    assert said(log, "mass: interpolated from 1 to 50 Hz as a slow quantity")
+    assert notes_contain(log, "h: 1 Hz: kept at the instants nearest its own samples")
+    assert notes_contain(log, "mass: interpolated from 1 to 50 Hz as a slow quantity")
 
 
 def test_switches_are_held(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_switches_are_held(tmp_path: Path) -> None:
         "q": {"column": "gyro.x", "unit": "rad/s"}, "gear": {"column": "gear.x", "unit": "1", "held": True},
     })  # fmt: skip
     assert_array_equal(log["gear"], np.floor(log.time / 2.5 + 1e-9) % 2)
-    assert said(log, "gear: held from each sample to the next")
+    assert notes_contain(log, "gear: held from each sample to the next")
 
 
 @pytest.mark.parametrize(("rate", "fits"), [(24.0, False), (26.0, True)])
@@ -169,7 +169,7 @@ def test_channels_of_one_stream_are_not_touched(tmp_path: Path, rng: np.random.G
     log = read_log(path, {"q": {"column": "imu.a", "unit": "rad/s"}, "r": {"column": "imu.b", "unit": "rad/s"}})
     assert_array_equal(log["q"], values.astype(float))
     assert_array_equal(log["r"], 2.0 * values.astype(float))
-    assert not said(log, "raster")
+    assert not notes_contain(log, "raster")
 
 
 def test_a_heading_that_passes_north_is_not_interpolated_through_south() -> None:
@@ -189,7 +189,7 @@ def test_channels_without_a_common_stretch_are_refused() -> None:
 
 
 def aligned(folder: Path, rng: np.random.Generator, align: bool) -> FlightLog:
-    """Two recorders of one pitch rate; the second's clock shows 0.137 s more and gains 40 ppm."""
+    """Two recorders of one pitch rate; the second's clock is ahead by 0.137 s and gains 40 ppm."""
     true = np.arange(5.0, 295.0, 0.02)
     motion = np.sin(2 * np.pi * 0.31 * true) * np.exp(-(((true % 60) - 30) ** 2) / 200) + 0.3 * np.sin(0.7 * true)
     other = true + 0.137 + 40e-6 * (true - 150.0)
@@ -205,9 +205,9 @@ def aligned(folder: Path, rng: np.random.Generator, align: bool) -> FlightLog:
 def test_clocks_are_laid_over_each_other_if_asked(tmp_path: Path, rng: np.random.Generator) -> None:
     apart, together = aligned(tmp_path, rng, False), aligned(tmp_path, rng, True)
     note = next(note for note in together.notes if "is ahead of that of q by" in note)
-    assert "both are taken out" in note
+    assert "both are removed" in note
     left = next(note for note in apart.notes if "is ahead of that of q by" in note)
-    assert '`q_logger = "q"` in [align] does it' in left
+    assert '`q_logger = "q"` in [align] aligns them' in left
     words = note.replace("(", " ").split()
     offset, deviation = float(words[words.index("by") + 1]), float(words[words.index("+-") + 1])
     drift, drift_deviation = float(words[words.index("gains") + 1]), float(words[words.index("gains") + 3])
@@ -230,5 +230,5 @@ def test_an_alignment_of_unlike_signals_is_refused(tmp_path: Path, rng: np.rando
     still = write(tmp_path, stream("a", time, np.sin(time)), stream("b", time, np.ones(1200)))
     with pytest.raises(LogError, match="r and q do not contain the same signal"):
         read_log(still, {"schema": 1, "channels": channels, "align": {"r": "q"}})
-    with pytest.raises(ChannelMapError, match="names w, which is no channel of the map"):
+    with pytest.raises(ChannelMapError, match="names w, which is not a channel of the map"):
         read_log(path, {"schema": 1, "channels": channels, "align": {"w": "q"}})

@@ -1,4 +1,4 @@
-"""Files of real recorders against what each format's reference library says of them (facts.json)."""
+"""Files of real recorders against the results of each format's reference library (facts.json)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEVEN_DIGITS = 6e-7
 
 
 def same_values(values: AnyArray, facts: dict[str, Any]) -> None:
-    """Number of samples, missing ones, least, greatest and mean, as the reference library has them."""
+    """Number of samples, missing ones, least, greatest and mean, from the reference library."""
     values = np.asarray(values, dtype=np.float64)
     there = values[np.isfinite(values)]
     assert values.size == facts["n"]
@@ -30,7 +30,7 @@ def same_values(values: AnyArray, facts: dict[str, Any]) -> None:
 
 
 def same_clock(clock: Clock, facts: dict[str, Any], zero: float = 0.0) -> None:
-    """First and last stamp, steps, repetitions and steps back, exactly."""
+    """First and last stamp, steps, repeats and steps back, exactly."""
     ticks = clock.ticks if facts["unit"] != "s" or clock.tick == 1.0 else clock.seconds(clock.ticks[0]) + zero
     steps = np.diff(ticks)
     assert ticks[0] == pytest.approx(facts["first"], rel=1e-15)
@@ -83,8 +83,8 @@ def test_dataflash(name: str) -> None:
     assert len(recording.counts) == facts["types"]
     assert {kind: recording.counts[kind] for kind in facts["count"]} == facts["count"]
     over = facts["bytes_left_over"]
-    said = [note for note in recording.notes if "inside a message" in note]
-    assert said == ([f"the file ends inside a message ({over} bytes over); the complete part is read"] if over else [])
+    notes = [note for note in recording.notes if "inside a message" in note]
+    assert notes == ([f"the file ends inside a message ({over} bytes over); the complete part is read"] if over else [])
     order = np.concatenate([stream.order for stream in recording.streams if stream.order is not None])
     stamps = np.concatenate([stream.clocks[0].seconds() for stream in recording.streams])
     in_file = stamps[np.argsort(order, kind="stable")]
@@ -180,7 +180,7 @@ def test_matlab73() -> None:
             for label, column in stream.columns.items()
         }
         for label, signal in recorder_facts(name)["signals"].items():
-            # Text is no channel, and neither is an array that MATLAB calls empty and writes as its dimensions.
+            # Text is not a channel, nor is an array that MATLAB calls empty and writes as its dimensions.
             empty = label == "rec_img/current_params"
             assert (label in columns) == (signal["matlab_class"] != "char" and not empty)
             if label in columns:
@@ -318,7 +318,7 @@ def test_truncated_hdf5_is_refused_in_one_sentence(tmp_path: Any) -> None:
 
 
 def test_a_folder_of_topics_is_one_recording() -> None:
-    """Every topic is gone for 0.7 to 0.8 s at seven places: eight segments or more, no sample in a hole."""
+    """Every topic is interrupted for 0.7 to 0.8 s at seven places: eight segments or more, no sample in a gap."""
     folder = recorder("px4/proto_flt09/Proto_FLT09_airspeed_0.csv.gz").parent
     parts = read_segments(folder)
     for hole in (355.92, 440.9, 608.57, 682.86, 831.2):

@@ -1,4 +1,4 @@
-"""Two logs hold the same samples, or not: by file and span, or by rows whatever the clocks say."""
+"""Whether two logs contain the same samples: by file and span, or by rows independent of the clocks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_one_file_overlaps_itself_by_its_spans() -> None:
     first, second, across = whole.between(0.0, 9.9), whole.between(10.0, 19.9), whole.between(8.0, 12.0)
     assert shared_samples(whole, whole) == (0.0, pytest.approx(19.9))
     assert shared_samples(first, second) is None
-    assert shared_samples(whole.between(0.0, 10.0), second) is None  # they touch
+    assert shared_samples(whole.between(0.0, 10.0), second) is None  # adjacent spans
     assert shared_samples(across, first) == pytest.approx((8.0, 9.9))
     renamed = replace(across, path="b.csv")
     assert shared_samples(renamed, first) == pytest.approx((8.0, 9.9))

@@ -1,4 +1,4 @@
-"""Spans of recordings and segment files: what they mean, and one sentence where they are wrong."""
+"""Spans of recordings and segment files: their meaning, and one-sentence errors where they are wrong."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_file_whose_name_looks_like_a_span_is_itself(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("flight.csv@a:2", "'a' is no time"),
+        ("flight.csv@a:2", "'a' is not a time"),
         ("flight.csv@3:2", "earlier time first"),
         ("flight.csv@2:2", "earlier time first"),
         ("flight.csv@nan:2", "a number of seconds"),
@@ -116,12 +116,12 @@ def test_a_log_is_no_segment_file(log: Path) -> None:
         ('[[segment]]\nlog = "a.csv"\nfrom = "soon"\n', "expected a time in s"),
         ('[[segment]]\nlog = "a.csv"\nfrom = true\n', "expected a time in s"),
         ('[[segment]]\nlog = "a.csv"\nfrom = 3\nto = 2\n', "earlier time first"),
-        ('[[segment]]\nlog = "a.csv"\nname = "../up"\n', "no file name"),
+        ('[[segment]]\nlog = "a.csv"\nname = "../up"\n', "not a file name"),
         ('[[segment]]\nlog = "a"\nname = "x"\n[[segment]]\nlog = "a"\nname = "x"\n', "two segments"),
         ("[segment]\n", "double brackets"),
         ("", "lists no segment"),
         ("[[segments]]\n", "'segments'"),
-        ("[[segment\n", "no valid TOML"),
+        ("[[segment\n", "not valid TOML"),
     ],
 )
 def test_a_wrong_segment_file_is_refused_in_one_sentence(tmp_path: Path, content: str, words: str) -> None:

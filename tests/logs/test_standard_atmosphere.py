@@ -33,7 +33,7 @@ def test_the_atmosphere_is_that_of_the_table(altitude: float, kelvin: float, pas
 
 
 def test_calibrated_airspeed_of_a_known_cruise() -> None:
-    """Mach 0.80 at FL350 is 271 kt CAS, and 461 kt true: numbers that any air data computer shows."""
+    """Mach 0.80 at FL350 is 271 kt CAS and 461 kt TAS, as on any air data computer."""
     knot = 0.514444
     true = 461.1 * knot
     assert mach_number(true, 35000 * 0.3048) == pytest.approx(0.800, abs=0.001)

@@ -1,4 +1,4 @@
-"""Each format of several clocks on a file that the test makes: stamps, units, values and names come back."""
+"""Each format with several clocks on a file made by the test: stamps, units, values and names are restored."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def write(folder: Path, name: str, content: bytes | str) -> Path:
 
 
 def test_ulog_and_the_pitch_of_its_quaternion(tmp_path: Path) -> None:
-    """The sine of a pitch rate and the quaternion that it turns, on one clock: theta' = q."""
+    """A sinusoidal pitch rate and the resulting quaternion, on one clock: theta' = q."""
     time = 5.0 + 0.02 * K
     theta = 0.1 * np.sin(2.0 * np.pi * 0.5 * (time - 5.0))
     rate = np.gradient(theta, time)
@@ -99,7 +99,7 @@ def test_hdf5_and_matlab_73(tmp_path: Path, matlab: bool) -> None:
         },
     }
     log = read_log(path, channels)
-    # In float64 the stamps themselves are 256 ns coarse; their differences are exact only if taken first.
+    # In float64 the stamps themselves have a resolution of 256 ns; their differences are exact only if taken first.
     assert_array_equal(np.round(1e9 * (log.time - log.time[0])), 20_000_000 * K)
     assert_array_equal(log["V"], 100.0 + K)
     assert_array_equal(log["alpha"], 0.01 * K)
@@ -145,7 +145,7 @@ def test_irig106_discretes(tmp_path: Path) -> None:
     assert_allclose(np.diff(log.time), 0.02, rtol=1e-9)
 
 
-# Names as X-Plane writes them: filled up with `_` and blanks, the elevator once for each half of the tail.
+# Names as written by X-Plane: padded with `_` and blanks, the elevator once for each half of the tail.
 X_PLANE = ("_real,_time", "Vtrue,_ktas", "_elev,yoke1", "____Q,{rate}", "pitch,__deg", "Gload,norml", "rudr1,__deg")
 
 
@@ -162,7 +162,7 @@ def test_x_plane_dialect(tmp_path: Path, rate: str, turn: float) -> None:
     assert_allclose(log["q"], 0.02 * turn * k, atol=1e-15)
     assert_allclose(log["theta"], np.radians(0.5 * k), atol=1e-15)
     assert_allclose(log["a_z"], -9.80665)
-    # Nose up is the elevator's edge up; the rudder's degrees are to the right.
+    # Nose up is the elevator's trailing edge up; the rudder's degrees are positive to the right.
     assert_allclose(log["delta_e"], -0.01 * k, atol=1e-15)
     assert_allclose(log["delta_r"], np.radians(-2.0))
     assert any(note.startswith("delta_e: position of the yoke") for note in log.notes)
@@ -179,12 +179,12 @@ def test_flightgear_dialect(tmp_path: Path, name: str, factor: float) -> None:
     assert_allclose(log["h"], 0.3048 * (300 - np.arange(20)))
     assert_allclose(log["delta_e"], 0.01 * np.arange(20))
     assert_allclose(log["q"], 0.02 * factor * np.arange(20))
-    # Right wing down is the right aileron's edge up.
+    # Right wing down is the right aileron's trailing edge up.
     assert_allclose(log["delta_a"], -0.1 * np.arange(20))
     assert any("Euler" in note for note in log.notes) == (name == "pitch-rate-degps")
 
 
-# Commands of autopilots are positive for right wing down, nose up and nose right: edges up, up and right.
+# Autopilot commands are positive for right wing down, nose up and nose right: trailing edges up, up and right.
 @pytest.mark.parametrize("travel", [None, 25.0])
 def test_commands_in_shares_of_travel_have_the_surfaces_signs(tmp_path: Path, travel: float | None) -> None:
     fields = "uint64_t timestamp;float[3] xyz;"
@@ -301,7 +301,7 @@ ATT: files.Fmt = (10, "ATT", "Qcc", "TimeUS,Roll,Pitch")
 
 
 def samples(folder: Path) -> dict[str, bytes]:
-    """One small good file a format, by its name."""
+    """One small valid file of each format, by its name."""
     time = 0.01 * np.arange(200)
     rows = [(10_000 * int(k) + 1_000_000, float(k)) for k in range(200)]
     table = pa.table({"time": time, "q": np.sin(time)})

@@ -23,8 +23,8 @@ from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.model_validation.predictions import AHEAD, ONE_STEP, OPEN_LOOP, PredictionRow
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.coefficient_match import Corrected
-from aerosid.model_error.paper_chain import ChainSettings, feed
+from aerosid.model_error.paper_chain.chain import ChainSettings, feed
+from aerosid.model_error.paper_chain.coefficient_match import Corrected
 from aerosid.notation import number
 from aerosid.reporting import print_predictions
 from aerosid.reporting.result_json import result_file

@@ -13,35 +13,38 @@ import pytest
 ROOT = Path(__file__).parents[2]
 TESTS = (
     "oracles/model_error.py",
-    "model_error/test_estimators.py",
-    "model_error/test_fixed_interval.py",
-    "model_error/test_invariant_embedding.py",
+    "model_error/estimators/test_estimators.py",
+    "model_error/estimators/test_fixed_interval.py",
+    "model_error/invariant_embedding/test_estimator_step.py",
 )
 
 MUTATIONS = {
     "the factor 2 of d and of the gain is dropped": (
-        "invariant_embedding.py", "q = 2.0 * Q1[m, j]", "q = Q1[m, j]",
+        "invariant_embedding/estimator_step.py", "q = 2.0 * Q1[m, j]", "q = Q1[m, j]",
     ),
     "f_x is transposed in the discrete prediction (11)": (
-        "invariant_embedding.py", "value += F[i, m] * S[m, j]", "value += F[m, i] * S[m, j]",
+        "invariant_embedding/estimator_step.py", "value += F[i, m] * S[m, j]", "value += F[m, i] * S[m, j]",
     ),
     "f_x is transposed in the continuous recursion": (
-        "step_map.py", "A[i, j] = F[i, j] * down * scale[j]", "A[i, j] = F[j, i] * down * scale[j]",
+        "invariant_embedding/step_map.py", "A[i, j] = F[i, j] * down * scale[j]", "A[i, j] = F[j, i] * down * scale[j]",
     ),
     "the discrete d belongs to the step after": (
-        "discrete.py", "d[k - 1] = correction", "d[min(k, N - 2)] = correction",
+        "estimators/discrete.py", "d[k - 1] = correction", "d[min(k, N - 2)] = correction",
     ),
     "the continuous d is late by one sample": (
-        "continuous.py", "residual, d[k + 1], scratch)", "residual, d[min(k + 2, N - 1)], scratch)",
+        "estimators/continuous.py", "residual, d[k + 1], scratch)", "residual, d[min(k + 2, N - 1)], scratch)",
     ),
-    "half of Q2^-1 is forgotten to be halved": ("records.py", "W = 0.5 * weights", "W = 1.0 * weights"),
+    "half of Q2^-1 is forgotten to be halved": ("estimators/records.py", "W = 0.5 * weights", "W = 1.0 * weights"),
     "the costate's f_x is transposed": (
-        "sweeps.py", "vector[i] += F[j, m, i] * costate[j, m]", "vector[i] += F[j, i, m] * costate[j, m]",
+        "estimators/sweeps.py", "vector[i] += F[j, m, i] * costate[j, m]", "vector[i] += F[j, i, m] * costate[j, m]",
     ),
     "the response is taken of the sample before": (
-        "response.py", "epsilon[i, j] = path[i, j] - epsilon[i, j] - columns2[i, j]", "epsilon[i, j] = path[i, j]",
+        "estimators/response.py",
+        "epsilon[i, j] = path[i, j] - epsilon[i, j] - columns2[i, j]", "epsilon[i, j] = path[i, j]",
     ),
-    "missing samples count in full": ("residuals.py", "0.5 if first or last else 0.0)\n        r", "1.0)\n        r"),
+    "missing samples count in full": (
+        "invariant_embedding/residuals.py", "0.5 if first or last else 0.0)\n        r", "1.0)\n        r",
+    ),
 }  # fmt: skip
 
 
@@ -51,7 +54,7 @@ def test_a_mistake_breaks_a_test(mistake, tmp_path):
     name, right, wrong = MUTATIONS[mistake]
     shutil.copytree(ROOT / "aerosid", tmp_path / "aerosid", ignore=shutil.ignore_patterns("__pycache__"))
     for test in TESTS:
-        (tmp_path / test).parent.mkdir(exist_ok=True)
+        (tmp_path / test).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / "tests" / test, tmp_path / test)
     file = tmp_path / "aerosid" / "model_error" / name
     text = file.read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.terms import parse_term
-from aerosid.model_error.aircraft_error import estimate_aircraft_error
+from aerosid.model_error.aircraft_error.forward_estimate import estimate_aircraft_error
 from benchmarks.flights import light_transport, long_flight
 from benchmarks.plain_c import PlainC, compile_recursion, find_compiler
 

@@ -7,12 +7,20 @@ import subprocess
 import sys
 
 import aerosid
+from aerosid import model_error
 
 
 def test_all_is_what_imports() -> None:
     assert sorted(aerosid.__all__) == sorted(aerosid._HOMES)
     for name in aerosid.__all__:
         assert getattr(aerosid, name).__name__ == name
+
+
+def test_the_names_of_the_model_error_are_what_imports() -> None:
+    assert sorted(model_error.__all__) == sorted(model_error._HOMES) == dir(model_error)
+    for name in model_error.__all__:
+        assert getattr(model_error, name).__name__ == name
+    assert not hasattr(model_error, "no_such_name")
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

@@ -10,7 +10,7 @@ from aerosid.reporting.figures.chart import Band, Line
 
 
 def test_the_completed_models_residual_is_white_and_the_declared_ones_is_not() -> None:
-    """In the made-up flights `after` leaves noise alone and `before` a wrong frequency, in every channel it reaches."""
+    """In the simulated flights `after` leaves only noise and `before` a wrong frequency, in every affected channel."""
     result = closed_loop()
     log = result.simulated[0].log
     chart = autocorrelations([row for row in result.fit if row.log == log.name], log.samples)

@@ -1,4 +1,4 @@
-"""report.html in a headless Chromium: it loads nothing, complains of nothing, draws every figure and zooms it."""
+"""report.html in a headless Chromium: it loads nothing, logs no errors, draws every figure and zooms it."""
 
 from __future__ import annotations
 
@@ -58,15 +58,15 @@ def driver(started: Any) -> Any:
 def test_every_figure_is_drawn_and_names_stay_text_without_a_request_or_a_complaint(
     driver: Any, tmp_path: Path
 ) -> None:
-    """On a result whose every name is an attack."""
+    """On a result in which every name is an injection attempt."""
     result = hostile_result()
     opened(driver, result, tmp_path)
     driver.execute_script("document.querySelectorAll('details').forEach((fold) => { fold.open = true; })")
     figures = driver.execute_script(RANGES)
-    asked = compose(result).figures
-    assert {figure["id"] for figure in figures} == {figure.identity for figure in asked if figure.chart.timeline}
+    composed = compose(result).figures
+    assert {figure["id"] for figure in figures} == {figure.identity for figure in composed if figure.chart.timeline}
     still = driver.find_elements("css selector", "figure:not(.is-live) .drawing > svg")
-    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == len(asked)
+    assert len(figures) + len(still) == len(driver.find_elements("css selector", "figure")) == len(composed)
     assert all(drawing.is_displayed() for drawing in still)
     for figure in figures:
         assert figure["lines"] == figure["expected"] > 0, figure["id"]
@@ -127,7 +127,7 @@ def test_a_line_that_is_switched_off_goes(driver: Any, tmp_path: Path) -> None:
     driver.find_element("id", "show-declared").click()
     after = driver.execute_script(RANGES)
     gone = [old["expected"] - new["expected"] for old, new in zip(before, after, strict=True)]
-    assert gone == [0, 4, 3, 4, 3]  # d(t) has none; each other figure one line a channel
+    assert gone == [0, 4, 3, 4, 3]  # none in d(t); in each other figure one line per channel
 
 
 @pytest.mark.slow
@@ -140,7 +140,7 @@ def test_without_scripts_the_still_figures_are_there(driver: Any, tmp_path: Path
         driver.get(page.as_uri())
         drawings = driver.find_elements("css selector", ".drawing > svg")
         assert len(drawings) == len(compose(result).figures)
-        shown = [drawing.rect for drawing in drawings if drawing.is_displayed()]  # the others are folded away
+        shown = [drawing.rect for drawing in drawings if drawing.is_displayed()]  # the others are collapsed
         assert len(shown) > 6
         assert all(place["height"] > 150 and place["width"] > 600 for place in shown)
         assert not driver.find_elements("css selector", ".live")
@@ -154,7 +154,7 @@ def test_without_scripts_the_still_figures_are_there(driver: Any, tmp_path: Path
 def test_text_stands_out_nothing_hangs_over_and_paper_gets_still_figures(
     driver: Any, tmp_path: Path, width: int, dark: bool
 ) -> None:
-    """Contrast of every text with what lies behind it is at least 4.5 (WCAG 2.2, 1.4.3)."""
+    """Contrast of every text with its background is at least 4.5 (WCAG 2.2, 1.4.3)."""
     browser.shaped(driver, width, dark=dark)
     result = closed_loop(samples=80)
     opened(driver, result, tmp_path)

@@ -1,4 +1,4 @@
-"""Page and paper of a result that the equations decided: no multiples of the noise, no columns of another method."""
+"""Page and paper of a result decided by the equations: no multiples of the noise, no columns of another method."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def test_where_the_equations_decide_no_error_is_counted_in_units_of_the_noise(re
     assert "multiples of the measurement noise" in words(by_likelihood, "residual")
     assert "times the noise" in words(by_likelihood, "decision")
     by_equations = decided(result, errors=large)
-    said = " ".join(open_points(by_equations))
-    assert "the ratio to the noise is no measure of the model" in said
-    assert "times)" not in said
+    text = " ".join(open_points(by_equations))
+    assert "the ratio to the noise does not measure the model" in text
+    assert "times)" not in text
     assert "per cent of the standard deviation of the channel" in words(by_equations, "residual")
     assert "times the noise" not in words(by_equations)
 
@@ -63,19 +63,19 @@ def test_noise_that_cannot_be_estimated_is_a_dash_among_the_instruments_too(resu
         dataclasses.replace(row, noise_doubt="it was filtered" if row.channel == "alpha" else "")
         for row in result.errors
     )
-    said = words(decided(result, errors=doubted, kinematics=agreement), "instruments")
-    assert said.count("0.70") == 1  # 0.0123 rad, of theta alone
-    assert "– white" in said
+    text = words(decided(result, errors=doubted, kinematics=agreement), "instruments")
+    assert text.count("0.70") == 1  # 0.0123 rad, only in theta
+    assert "– white" in text
 
 
 def test_the_appendix_has_no_column_that_nobody_filled(result: ClosedLoop) -> None:
     assert "independence" in words(result, "screening")
     empty = tuple(dataclasses.replace(row, gain=0.0, independence=0.0) for row in result.screening)
-    said = words(decided(result, screening=empty), "screening")
-    assert "independence" not in said
-    assert "gain" not in said
-    # Sorted by what is left: the partial correlation.
-    assert said.index("0.998") < said.index("0.333")
+    text = words(decided(result, screening=empty), "screening")
+    assert "independence" not in text
+    assert "gain" not in text
+    # Sorted by the available measure: the partial correlation.
+    assert text.index("0.998") < text.index("0.333")
 
 
 def test_a_legend_holds_what_is_drawn(result: ClosedLoop) -> None:
@@ -94,26 +94,26 @@ def test_a_slope_against_the_value_is_told_beside_the_value(result: ClosedLoop) 
     turned = tuple(
         dataclasses.replace(picture, slope=2.2) if picture.chosen else picture for picture in result.regressors
     )
-    said = words(decided(result, regressors=turned), "candidates")
-    assert "has the opposite sign to the value" in said
-    assert "value −1.71" in said
+    text = words(decided(result, regressors=turned), "candidates")
+    assert "has the opposite sign to the value" in text
+    assert "value −1.71" in text
 
 
 def test_a_number_that_chance_could_have_made_is_not_proven(result: ClosedLoop) -> None:
     assert "by chance" not in " ".join(open_points(result))
     first = result.effects[0]
     weak = dataclasses.replace(first, std_error=0.55, evidence=dataclasses.replace(first.evidence, p_value=0.27))
-    said = " ".join(open_points(dataclasses.replace(result, effects=(weak,))))
-    assert "3.1 standard errors from its null value, would occur by chance in 27 % of such searches" in said
+    text = " ".join(open_points(dataclasses.replace(result, effects=(weak,))))
+    assert "3.1 standard errors from its null value, would occur by chance in 27 % of such searches" in text
 
 
 def test_a_place_is_told_with_its_axis_and_many_effects_with_the_first() -> None:
     evidence = Evidence(None, 1e-9, None, 40.0)
     place = Effect(1, "sensor_position", "a_x", "", -0.77, 0.11, "m", evidence, along="z")
     shift = Effect(2, "cg_shift", "z", "", -0.85, 0.11, "m", evidence)
-    said = summarise(Verdict.EXPLAINED, [place, shift], ())
-    assert "a sensor position of a_x along z (−0.77 ± 0.11 m)" in said
-    assert "a shift of the centre of gravity along z (−0.85 ± 0.11 m)" in said
+    text = summarise(Verdict.EXPLAINED, [place, shift], ())
+    assert "a sensor position of a_x along z (−0.77 ± 0.11 m)" in text
+    assert "a shift of the centre of gravity along z (−0.85 ± 0.11 m)" in text
     many = summarise(Verdict.EXPLAINED, [place] * 7, ())
     assert many.count("±") == 4
     assert many.endswith("and 3 more.")
@@ -132,9 +132,9 @@ def test_a_model_error_that_no_aircraft_has_is_compared_with_nothing(result: Clo
     d = first.d.copy()
     d[40] = -2.3
     wild = decided(result, model_error=(dataclasses.replace(first, d=d), *others))
-    said = words(wild, "residual")
-    assert f"C X : at {first.time[40]:.1f} s d(t) exceeds any plausible error of the coefficient" in said
-    assert said.count("correlation") == 1  # of C_m
+    text = words(wild, "residual")
+    assert f"C X : at {first.time[40]:.1f} s d(t) exceeds any plausible error of the coefficient" in text
+    assert text.count("correlation") == 1  # for C_m
 
 
 def test_the_first_sheet_holds_what_a_signature_needs(result: ClosedLoop) -> None:

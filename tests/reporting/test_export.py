@@ -1,4 +1,4 @@
-"""Exported models, read back by code that knows nothing of how they were written."""
+"""Exported models, read back by code independent of the writers."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_deviations_travel_as_normal_distributions() -> None:
     for uncertainty in root.iter(f"{DAVEML}uncertainty"):
         assert uncertainty.attrib == {"effect": "additive"}
         assert uncertainty[0].attrib == {"numSigmas": "1"}
-    assert not list(daveml(RICH).iter(f"{DAVEML}uncertainty"))  # none are declared there
+    assert not list(daveml(RICH).iter(f"{DAVEML}uncertainty"))  # none are declared in this file
 
 
 def test_beyond_the_tested_range_terms_keep_their_ends_but_axes_turn() -> None:
@@ -313,7 +313,7 @@ def test_the_command_line_writes_what_the_functions_give(tmp_path: Path, capsys:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["light_transport"], "--format"),
         (["no_such_aircraft", "--format", "json"], "no_such_aircraft"),
@@ -327,7 +327,7 @@ def test_the_command_line_writes_what_the_functions_give(tmp_path: Path, capsys:
     ],
 )
 def test_wrong_usage_is_one_sentence(
-    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()
@@ -335,7 +335,7 @@ def test_wrong_usage_is_one_sentence(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
-    assert said.format(folder="folder") in captured.err
+    assert message.format(folder="folder") in captured.err
     assert list(folder.iterdir()) == []
 
 
@@ -364,8 +364,8 @@ def test_every_export_says_what_made_the_numbers_and_marks_what_is_not_shown() -
     assert rows[0].startswith("C_Z,q_hat,-4.32,")
     assert r"$\hat{q}$ & $-4.32$$^{a}$" in texts["latex"]
     jsbsim = ET.fromstring(texts["jsbsim"], parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
-    said = [element.text for element in jsbsim.iter(ET.Comment)]
-    assert next(text for text in said if text and text.startswith(" C_Z q_hat")).endswith(
+    comments = [element.text for element in jsbsim.iter(ET.Comment)]
+    assert next(text for text in comments if text and text.startswith(" C_Z q_hat")).endswith(
         "not significant in the flights "
     )
     root = daveml(COMPLETED)

@@ -1,4 +1,4 @@
-"""Aircraft as JSBSim XML: what JSBSim makes of it, against terms evaluated by hand and equations written by hand."""
+"""Aircraft as JSBSim XML: the coefficients computed by JSBSim against terms and equations evaluated by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lateral and six-axis models exported: evaluated, frozen and flown again by code that did not write them."""
+"""Lateral and six-axis models exported: evaluated, frozen and flown by code independent of the writers."""
 
 from __future__ import annotations
 

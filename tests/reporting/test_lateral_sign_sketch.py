@@ -1,4 +1,4 @@
-"""The lateral sketch of positive senses, checked against the conventions it is to teach."""
+"""The lateral sketch of positive directions, checked against the sign conventions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MARKS = lateral_sign_sketch().panels[0].marks
 
 
 def line_before(text: str) -> np.ndarray:
-    """Corners of the last arrow or arc before a name, its head left out."""
+    """Corners of the last arrow or arc before a name, without its head."""
     place = next(i for i, m in enumerate(MARKS) if isinstance(m, Words) and re.split("[,_]", m.text)[0] == text)
     lines = [mark for mark in MARKS[:place] if isinstance(mark, Line)]
     return np.column_stack([lines[-2].x, lines[-2].y])

@@ -1,4 +1,4 @@
-"""A result in a notebook: one line where one line is due, frames with every number, a figure, the files."""
+"""A result in a notebook: a one-line repr, data frames with every number, a figure, the files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def result() -> Result:
 
 
 class Cells(HTMLParser):
-    """Texts of all cells; any tag that a table has no use for is an error."""
+    """Texts of all cells; any tag that does not belong in a table is an error."""
 
     def __init__(self) -> None:
         super().__init__()

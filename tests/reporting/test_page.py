@@ -1,4 +1,4 @@
-"""report.html as a browser sees it: well formed, self-contained, escaped, complete, and small for long flights."""
+"""report.html as read by a browser: well formed, self-contained, escaped, complete, and small for long flights."""
 
 from __future__ import annotations
 
@@ -98,14 +98,14 @@ def test_the_page_holds_what_the_engineer_needs(result: ClosedLoop, page: Page) 
 
 @pytest.mark.parametrize("unit", ["rad", "rad/s"])
 def test_an_angle_stands_beside_the_unit_that_its_number_has(result: ClosedLoop, unit: str) -> None:
-    """0.0200 rad are 1.15 deg, wherever an effect or a number of it is shown."""
+    """0.0200 rad are 1.15 deg, wherever an effect or its value is shown."""
     bias = Effect(1, "sensor_bias", "alpha", "", 0.02, 0.001, unit, Evidence(None, 1e-9, None, 50.0))
     second = dataclasses.replace(bias, parameters={"limit": Parameter(0.02, 0.001, unit)})
     shown = dataclasses.replace(result, effects=(second,), alternatives=(bias,))
     text = " ".join(Page(report_html(shown, interactive=False)).text.split())
     degrees = unit.replace("rad", "deg")
-    said = text.count(f"0.0200 ± 0.0010 {unit} (1.15 {degrees})")
-    assert said == text.count("0.0200 ± 0.0010") >= 4
+    count = text.count(f"0.0200 ± 0.0010 {unit} (1.15 {degrees})")
+    assert count == text.count("0.0200 ± 0.0010") >= 4
 
 
 def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:
@@ -202,7 +202,7 @@ def decoded(block: dict[str, Any], number: int) -> np.ndarray:
 
 
 def test_zoomable_figures_hold_the_histories(result: ClosedLoop) -> None:
-    """The traces of q on the validation log, read back from the page, are the log's own."""
+    """The traces of q on the validation log, read back from the page, equal the log's."""
     text = report_html(result)
     block = json.loads(Page(text).data["figure-data"])
     flight = next(simulated for simulated in result.simulated if simulated.role == "validation")
@@ -244,7 +244,7 @@ def test_interactive_labels_are_text(result: ClosedLoop) -> None:
 
 
 def doubted(result: ClosedLoop) -> ClosedLoop:
-    """The same with the noise of two channels in doubt."""
+    """The same with unreliable noise estimates of two channels."""
     why = "it is smoother than any sensor: it was filtered, or computed"
     rows = tuple(
         dataclasses.replace(row, noise_doubt=why, noise=1.2345e-7) if row.channel in ("q", "a_z") else row
@@ -273,9 +273,11 @@ def test_what_validation_decided_is_told_in_words(result: ClosedLoop) -> None:
 
 
 def test_what_the_validation_flights_say_by_themselves_stands_with_the_effect(result: ClosedLoop) -> None:
-    told = Confirmation(-13.21, 1.18, 3e-9)
+    confirmation_value = Confirmation(-13.21, 1.18, 3e-9)
     first = result.effects[0]
-    confirmed = dataclasses.replace(first, evidence=dataclasses.replace(first.evidence, confirmation=told))
+    confirmed = dataclasses.replace(
+        first, evidence=dataclasses.replace(first.evidence, confirmation=confirmation_value)
+    )
     shown = dataclasses.replace(result, effects=(confirmed, *result.effects[1:]))
     section = {s.name: body for s, body in compose(shown).parts}["effects"]
     rows = [" ".join(re.sub(r"<[^>]*>", " ", row).split()) for row in re.findall(r"<tr.*?</tr>", section, re.DOTALL)]
@@ -297,7 +299,7 @@ def test_a_mode_slower_than_the_record_is_marked_with_the_record_s_length(result
     body = {s.name: text for s, text in compose(made).parts}["linear"]
     rows = [" ".join(re.sub(r"<[^>]*>", " ", row).split()) for row in re.findall(r"<tr.*?</tr>", body, re.DOTALL)]
     marked = [row for row in rows if "†" in row]
-    # Frequency, time to half and level of the phugoid, for both models; nothing of the short period.
+    # Frequency, time to half and level of the phugoid, for both models; no row of the short period.
     assert [row.count("†") for row in marked] == [2, 2, 2]
     assert marked[-1].startswith("level of the phugoid")
     assert "14.1 s" in body
@@ -363,10 +365,10 @@ def test_two_methods_are_compared_by_one_measure_in_sentence_and_table(result: C
         CompetingStructure("likelihood", ("C_X alpha^2",), 104.0),
         CompetingStructure("iebmee", ("sensor_bias of V",), 65.0),
     )
-    told = (
+    methods = (
         "On the validation flight the open-loop error of the latter is 1.27 times that of the former (median channel)."
     )
-    made = dataclasses.replace(result, second_opinion=SecondOpinion(False, told, "validation", rows, 1.2708))
+    made = dataclasses.replace(result, second_opinion=SecondOpinion(False, methods, "validation", rows, 1.2708))
     body = {s.name: text for s, text in compose(made).parts}["alternatives"]
     cells = re.findall(r'<td class="n">([^<]*)</td></tr>', body.split("</table>")[0])
     assert cells == ["1.00", "1.27"]

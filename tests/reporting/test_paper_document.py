@@ -65,7 +65,7 @@ def test_paper_says_what_the_page_says(result: ClosedLoop, reader: PdfReader) ->
 
 
 def strokes(page: PageObject, colour: tuple[float, ...]) -> list[np.ndarray]:
-    """The corners (M, 2) of every line of a colour, in points of its own drawing."""
+    """The corners (M, 2) of every line of a colour, in points of its drawing."""
     found, current, lines = [], (), []
     content = page.get_contents()
     assert content is not None
@@ -110,7 +110,7 @@ def test_hostile_and_unprintable_texts_are_printed_as_texts() -> None:
 
 
 def test_a_long_table_begins_where_its_heading_stands(result: ClosedLoop) -> None:
-    """Fifty derivatives fit a page of their own; they must not leave the one before them empty."""
+    """Fifty derivatives fit a page of their own; they must not leave the page before them empty."""
     many = dataclasses.replace(result, derivatives=(*result.derivatives, *[result.derivatives[-1]] * 38))
     pages = [" ".join(page.extract_text().split()) for page in paper(many).pages]
     place = next(i for i, text in enumerate(pages) if "re-estimated completed model" in text)

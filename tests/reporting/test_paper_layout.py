@@ -38,7 +38,7 @@ def eight_seconds() -> ClosedLoop:
 
 
 def lowest_text(page: PageObject) -> float:
-    """Height, pt above the sheet's edge, of the lowest text over its foot."""
+    """Height, pt above the sheet's edge, of the lowest text above its footer."""
     heights = [842.0]
 
     def visit(text: str, _matrix: list[float], place: list[float], _font: object, _size: float) -> None:
@@ -61,7 +61,7 @@ def test_no_sheet_but_the_last_is_half_empty(validated: bool) -> None:
 
 
 def wide(result: ClosedLoop) -> ClosedLoop:
-    """Names and numbers as long as they come, in every column of the derivative table."""
+    """Names and numbers of the greatest length, in every column of the derivative table."""
     rows = tuple(
         dataclasses.replace(
             row, value=-12345.678, std_error=0.01234, filter_error=-12345.678, filter_error_std_error=0.1

@@ -1,4 +1,4 @@
-"""Tables on paper: a long narrow one stands in two halves side by side, and nothing of it is lost."""
+"""Tables on paper: a long narrow one is set in two halves next to each other, and nothing is lost."""
 
 from __future__ import annotations
 

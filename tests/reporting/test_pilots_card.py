@@ -1,4 +1,4 @@
-"""The pilot's card in a pilot's quantities: pressure altitude, calibrated airspeed, stick, load factor, footnotes."""
+"""The pilot's card in cockpit quantities: pressure altitude, calibrated airspeed, stick, load factor, footnotes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Running text: what becomes a symbol, and what stays the name that it is."""
+"""Running text: which names become symbols, and which are kept."""
 
 from __future__ import annotations
 

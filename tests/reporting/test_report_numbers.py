@@ -1,4 +1,4 @@
-"""All numbers and words of page, paper and console: none as a computer writes it."""
+"""All numbers and words of page, paper and console: none in a programming notation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SIZES = (1.0349e4, 2.5e7, 3.3e-9, 123456.7)
 
 @pytest.fixture(scope="module")
 def result() -> ClosedLoop:
-    """Numbers of every size, wherever a table holds one."""
+    """Numbers of every magnitude, wherever a table contains one."""
     made = closed_loop(samples=120)
     errors = tuple(
         dataclasses.replace(
@@ -70,7 +70,7 @@ def paper_text(result: ClosedLoop) -> str:
 )
 def test_no_number_has_the_exponent_of_a_computer(result: ClosedLoop, written) -> None:
     text = written(result)
-    assert "10⁷" in text  # the large ones are there
+    assert "10⁷" in text  # large numbers are present
     assert COMPUTER.findall(text) == []
     assert not re.search(r"\d{7,}", re.sub(r"[0-9a-f]{64}", "", text))
 
@@ -83,7 +83,7 @@ def test_a_share_of_nothing_is_not_a_power_of_ten(value: float, text: str) -> No
 
 
 def test_prose_has_no_names_of_a_program(result: ClosedLoop) -> None:
-    """On the page only names of files, and names in the tables of what was read, hold an underscore."""
+    """On the page only names of files, and names in the tables of channel sources, contain an underscore."""
     html = re.sub(r"<code[^>]*>.*?</code>", "", report_html(result, interactive=False))
     words = {word.strip(".,;:()'’") for word in Page(html).text.split() if "_" in word}
     files = {"light_transport_doublet", "light_transport_3211", "light_transport", "completed_aircraft.toml"}

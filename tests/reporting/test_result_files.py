@@ -1,4 +1,4 @@
-"""The files of a closed loop: read back by parsers that know nothing of how they were written."""
+"""The files of a closed loop: read back by parsers independent of the writers."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ FILES |= {"completed_aircraft.toml"}
 
 
 def refuse(word: str) -> float:
-    raise AssertionError(f"{word} stands in the file")
+    raise AssertionError(f"{word} in the file")
 
 
 def strict_json(text: str) -> dict:
-    """Parsed as the standard has it: NaN and Infinity are no JSON."""
+    """Parsed as in the standard: NaN and Infinity are not JSON."""
     return json.loads(text, parse_constant=refuse)
 
 

@@ -1,4 +1,4 @@
-"""The published schemas are those of the code, and every document that is written keeps to them."""
+"""The published schemas are those of the code, and every document written conforms to them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aerosid.cli.main import main
 from aerosid.cli.schema import DOCUMENTS, schema_text
 from aerosid.loop.provenance import Provenance, all_settings
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.reporting.result_json import result_text
 from aerosid.studies.batch import Batch, LogFile
 from aerosid.studies.batch.one_log import summary_row

@@ -1,4 +1,4 @@
-"""The sketch of positive senses, checked against the conventions it is to teach."""
+"""The sketch of positive directions, checked against the sign conventions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aerosid.reporting.figures.sign_sketch import sign_sketch
 
 
 def named(text: str) -> np.ndarray:
-    """Corners of the line whose arrow head and name follow it."""
+    """Corners of the line whose arrowhead and name follow it."""
     marks = sign_sketch().panels[0].marks
     place = next(
         i for i, mark in enumerate(marks) if isinstance(mark, Words) and re.split("[,_]", mark.text)[0] == text

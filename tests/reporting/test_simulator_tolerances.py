@@ -1,4 +1,4 @@
-"""Tolerances of 14 CFR Part 60: which flights they are applied to, and what they are compared with."""
+"""Tolerances of 14 CFR Part 60: the flights to which they apply, and the quantities compared with them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def damped(time: np.ndarray, period: float, damping: float) -> np.ndarray:
 
 
 def phugoid_flight(period: float = PERIOD, damping: float = DAMPING, model_period: float = PERIOD) -> Simulated:
-    """200 s after a pulse of the elevator, the airspeed swinging; the completed model with a period of its own."""
+    """200 s after a pulse of the elevator, the airspeed oscillating; the completed model with a period of its own."""
     time = np.arange(0.0, 200.0, 0.1)
     elevator = np.where((time > 2.0) & (time < 4.0), 0.05, 0.0)
     speed = SPEED + 6.0 * damped(time, period, damping)
@@ -56,7 +56,7 @@ def test_the_sample_flights_are_short_period_manoeuvres(name: str) -> None:
     moving = log.time[1:][np.abs(np.diff(log["delta_e"])) > 0.01]
     assert stretch.start == pytest.approx(max(moving[0] - 1.0, log.time[0]), abs=0.3)
     assert stretch.stop == pytest.approx(min(moving[-1] + 5.0, log.time[-1]), abs=0.3)
-    assert free_phugoid(log) is None  # 14 s are no phugoid at 100 m/s
+    assert free_phugoid(log) is None  # at 100 m/s, 14 s are too short for a phugoid
 
 
 def test_a_long_sweep_a_change_of_speed_and_a_resting_elevator_are_no_short_period() -> None:
@@ -101,7 +101,7 @@ def test_an_oscillation_is_measured_whatever_the_first_guess(period: float, damp
     assert found is not None
     assert found.period == pytest.approx(period, rel=1e-4)
     assert found.damping_ratio == pytest.approx(damping, abs=1e-4)
-    # 1/time: next to none at a damping near zero.
+    # 1/time: almost zero at a damping near zero.
     rate = 2.0 * math.pi / period * damping / math.sqrt(1.0 - damping**2)
     assert 1.0 / found.time_to_half == pytest.approx(rate / math.log(2.0), rel=1e-2, abs=1e-3 / period)
 

@@ -1,4 +1,4 @@
-"""The title block: everything that a signature refers to, and nothing that changes from run to run by itself."""
+"""The title block: everything that a signature refers to, and nothing that changes between equal runs."""
 
 from __future__ import annotations
 
@@ -77,22 +77,22 @@ def test_the_condition_is_that_of_the_recording(result: ClosedLoop) -> None:
     flat = {**log.channels, "h": np.full(log.samples, 3000.0), "V": np.full(log.samples, 120.0)}
     steady = dataclasses.replace(log, channels={**flat, "mass": np.full(log.samples, 2100.0)})
     units = {**steady.units, "mass": "kg"}
-    told = flight_condition(dataclasses.replace(steady, units=units), "identification", result.aircraft).entries
-    assert told["altitude"] == "3000 m, 9843 ft"
-    assert told["mass"] == "2100 kg"
-    assert told["true airspeed"] == "120.0 m/s"
-    # At 3000 m on a standard day the speed of sound is 328.58 m/s; 120 m/s there are 202 kt CAS.
-    assert told["Mach number"] == "0.365 (standard day)"
-    assert told["calibrated airspeed"] == "202 kt (standard day)"
+    condition = flight_condition(dataclasses.replace(steady, units=units), "identification", result.aircraft).entries
+    assert condition["altitude"] == "3000 m, 9843 ft"
+    assert condition["mass"] == "2100 kg"
+    assert condition["true airspeed"] == "120.0 m/s"
+    # At 3000 m on a standard day the speed of sound is 328.58 m/s; 120 m/s are 202 kt CAS.
+    assert condition["Mach number"] == "0.365 (standard day)"
+    assert condition["calibrated airspeed"] == "202 kt (standard day)"
     assert pytest.approx(0.3048) == FOOT
 
 
 def test_the_configuration_is_that_of_the_aircraft_file(result: ClosedLoop) -> None:
     flown = {"centre_of_gravity": "25 % of the mean chord", "gear": "down"}
     aircraft = dataclasses.replace(result.aircraft, configuration=flown)
-    told = flight_condition(result.identification[0], "identification", aircraft).entries
-    assert (told["centre of gravity"], told["gear"]) == ("25 % of the mean chord", "down")
-    assert told["flaps"] == "not recorded"
+    condition = flight_condition(result.identification[0], "identification", aircraft).entries
+    assert (condition["centre of gravity"], condition["gear"]) == ("25 % of the mean chord", "down")
+    assert condition["flaps"] == "not recorded"
 
 
 def test_a_configuration_is_read_from_the_file(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ from aerosid.estimation.score_test import Score
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import declared_with_candidates
 from aerosid.loop.methods import IdentificationProblem
-from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
-from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps, is_seen
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.search.partial_correlation.attribution import swept_start
 from aerosid.search.partial_correlation.screening import chords_of, screen, undisturbed_p_value
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings

@@ -19,9 +19,9 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import declared_with_candidates
 from aerosid.loop.methods import IdentificationProblem, by_model_error
 from aerosid.loop.settings import LoopSettings
-from aerosid.model_error.aircraft_error import estimate_aircraft_error
-from aerosid.model_error.flight_sweep import FlightSweeps
-from aerosid.model_error.paper_chain import ChainSettings
+from aerosid.model_error.aircraft_error.forward_estimate import estimate_aircraft_error
+from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 from aerosid.search.partial_correlation.attribution import swept_start

@@ -1,4 +1,4 @@
-"""The loop over a folder: broken logs are named and stop nothing; repeats are put together as they should be."""
+"""The loop over a folder: broken logs are reported and stop nothing; repeats are combined correctly."""
 
 import csv
 import io
@@ -48,9 +48,11 @@ def fill(folder: Path, flights: dict[str, bytes]) -> Path:
     return folder
 
 
-def batch_of(folder: Path, out: Path, told: list[tuple[int, int]] | None = None) -> Batch:
+def batch_of(folder: Path, out: Path, announced: list[tuple[int, int]] | None = None) -> Batch:
     logs = find_logs(folder, None, but_in=out)
-    announce = (lambda items, done: told.append((items, done))) if told is not None else lambda _items, _done: None
+    announce = (
+        (lambda items, done: announced.append((items, done))) if announced is not None else lambda _items, _done: None
+    )
     return run_batch(logs, LIGHT, out, settings=QUICK, reports=False, workers=Workers(1), announce=announce)
 
 
@@ -80,9 +82,9 @@ def test_what_is_there_is_not_done_again_and_what_was_mended_is(tmp_path: Path) 
     folder = fill(tmp_path / "logs", {"a.csv": flight(90.0, 1), "empty.csv": b""})
     batch = batch_of(folder, tmp_path / "out")
     fill(folder, {"empty.csv": flight(90.0, 3)})
-    told: list[tuple[int, int]] = []
-    again = batch_of(folder, tmp_path / "out", told)
-    assert told == [(2, 1)]
+    announced: list[tuple[int, int]] = []
+    again = batch_of(folder, tmp_path / "out", announced)
+    assert announced == [(2, 1)]
     assert set(again.rows) == {"a", "empty"}
     assert again.rows["a"] == batch.rows["a"]
 
@@ -121,9 +123,9 @@ def test_a_list_names_logs_and_a_folder_holds_them(tmp_path: Path) -> None:
     before = find_logs(listed, None)[0]
     (folder / "b.channels.toml").write_text("schema = 1\n", encoding="utf-8")
     assert find_logs(listed, None)[0].key != before.key
-    for content, said in (("", "no log"), ("b.csv\nb.csv\n", "twice")):
+    for content, message in (("", "no log"), ("b.csv\nb.csv\n", "twice")):
         listed.write_text(content, encoding="utf-8")
-        with pytest.raises(UsageError, match=said):
+        with pytest.raises(UsageError, match=message):
             find_logs(listed, None)
     with pytest.raises(UsageError, match="neither"):
         find_logs(folder / "nowhere", None)
@@ -268,7 +270,7 @@ def test_the_page_writes_symbols_and_no_names_of_a_program() -> None:
 
 
 def test_every_manoeuvre_of_a_flight_is_listed_at_its_own_mass(tmp_path: Path) -> None:
-    """Fifty cuts of one flight, 20 kg burnt between one and the next: tables show what each was reduced with."""
+    """Fifty cuts of one flight, with 20 kg of fuel used between successive ones: tables show the mass of each."""
     path = tmp_path / "aircraft.toml"
     bare = (bundled_folder("aircraft_models") / "light_transport.toml").read_text(encoding="utf-8")
     table = "\n[fuel]\nused = [0.0, 1000.0]\nmass = [2280.0, 1280.0]\nI_yy = [6940.0, 5940.0]\n"

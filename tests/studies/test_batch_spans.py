@@ -1,4 +1,4 @@
-"""Batches of spans: lists with LOG@FROM:TO, segment files, and the manoeuvres that are found in a flight."""
+"""Batches of spans: lists with LOG@FROM:TO, segment files, and the manoeuvres found in a flight."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUICK = LoopSettings(catalogue="terms", paper_chain=False)
 
 
 def flight_of(parts: int) -> FlightLog:
-    """Manoeuvres from one trim with half a minute of steady flight around each."""
+    """Manoeuvres from one trim with half a minute of steady flight before and after each."""
     manoeuvre = Problem(undeclared=BOTH_SQUARES, duration=6.0).fly(1)
     interval = manoeuvre.interval
     random = np.random.default_rng(1)
@@ -71,7 +71,7 @@ def test_a_segment_file_is_a_batch(flight_file: Path) -> None:
 def test_found_manoeuvres_are_a_batch(flight_file: Path) -> None:
     logs = find_manoeuvres_of([LogFile(str(flight_file), "flight", "")], None)
     assert len(logs) == 2
-    # The inputs begin at 31 s and 67 s; 0.3 V/g of quiet flight before them, 3 s, is taken along.
+    # The inputs begin at 31 s and 67 s; 0.3 V/g of quiet flight before them, 3 s, is included.
     starts = [float(log.path.rpartition("@")[2].split(":")[0]) for log in logs]
     assert starts == pytest.approx([28.0, 64.0], abs=0.5)
 
@@ -114,11 +114,11 @@ def test_a_single_recording_or_span_is_a_batch_of_one(flight_file: Path, tmp_pat
     assert [log.name for log in find_logs(flight_file, None)] == ["flight"]
     (lone,) = find_logs(Path(f"{flight_file}@28:38"), None)
     assert (lone.name, lone.path) == ("flight_28-38", f"{flight_file}@28:38")
-    # Bytes that are no text, and a text whose first line is no path.
+    # Bytes that are not text, and a text whose first line is not a path.
     (tmp_path / "garbage.mat").write_bytes(bytes(range(256)) * 4)
     (tmp_path / "long.txt").write_text("column " * 999 + "\n1 2\n")
     for name in ("garbage.mat", "long.txt"):
         assert [log.path for log in find_logs(tmp_path / name, None)] == [str(tmp_path / name)]
-    # A list of one log is a list.
+    # A list with one log is a list.
     (tmp_path / "list.txt").write_text("garbage.mat\n")
     assert [log.name for log in find_logs(tmp_path / "list.txt", None)] == ["garbage"]

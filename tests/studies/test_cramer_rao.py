@@ -1,4 +1,4 @@
-"""The bound that studies measure the estimates by: against a dense oracle, against the estimator, and with memory."""
+"""The Cramer-Rao bound of the studies: against a dense oracle, against the estimator, and with autocorrelated noise."""
 
 from dataclasses import replace
 
@@ -155,7 +155,7 @@ def test_the_estimators_information_at_the_truth_gives_the_same_bound() -> None:
 
 
 def test_noise_with_memory_bounds_as_white_noise_after_its_filter() -> None:
-    """Exact: neighbouring samples subtracted with the memory as weight leave white noise, the first sample kept."""
+    """Exact: differences of neighbouring samples weighted by the correlation are white, with the first sample kept."""
     rho = 0.8
     model, manoeuvre, start = true_flight(120, 0.05)
     noise, _ = white(manoeuvre, 20.0)
@@ -202,7 +202,7 @@ def dense_bound(found: Sensitivity, noise: Array, by_input: Array | None = None)
 
 
 def by_every_sample(model: AerodynamicModel, manoeuvre: Manoeuvre, state: Array, places: list[int]) -> Array:
-    """Outputs (N, p, N) by each sample of the elevator: two whole flights a sample."""
+    """Outputs (N, p, N) by each sample of the elevator: two whole flights per sample."""
     inputs, samples = manoeuvre.flight.inputs[:, 8:], manoeuvre.flight.time.size
     moves = 1e-5 * np.eye(samples)[:, None, :]
     extra = np.concatenate([inputs[:, :, None] + moves, inputs[:, :, None] - moves], axis=2)
@@ -213,7 +213,7 @@ def by_every_sample(model: AerodynamicModel, manoeuvre: Manoeuvre, state: Array,
 
 
 def with_gaps(manoeuvre: Manoeuvre, seed: int) -> Manoeuvre:
-    """A tenth of the samples of each output missing, and one output for a while."""
+    """A tenth of the samples of each output missing, and all samples of one output for a while."""
     measured = manoeuvre.flight.measured.copy()
     measured[np.random.default_rng(seed).random(measured.shape) < 0.1] = np.nan
     measured[20:35, 2] = np.nan
@@ -222,7 +222,7 @@ def with_gaps(manoeuvre: Manoeuvre, seed: int) -> Manoeuvre:
 
 @pytest.mark.parametrize("memory", [0.0, 0.8])
 def test_noisy_inputs_bound_as_the_dense_covariance_of_what_they_cause(memory: float) -> None:
-    """Uneven sampling, missing samples, outputs' noise white and with a memory."""
+    """Non-uniform sampling, missing samples, white and autocorrelated noise of the outputs."""
     samples = 90
     model, manoeuvre, start = true_flight(samples, 0.06)
     time = manoeuvre.flight.time + 0.02 * np.random.default_rng(1).random(samples)
@@ -234,11 +234,11 @@ def test_noisy_inputs_bound_as_the_dense_covariance_of_what_they_cause(memory: f
     places = [LONGITUDINAL.outputs.index(name) for name in manoeuvre.outputs]
     expected = dense_bound(found, noise, 10.0 * ELEVATOR * by_every_sample(model, manoeuvre, start, places))
     np.testing.assert_allclose(found.bound(noise, np.array([(10.0 * ELEVATOR) ** 2])), expected, rtol=1e-5)
-    assert np.max(expected / dense_bound(found, noise)) > 1.8  # the inputs' noise counts here
+    assert np.max(expected / dense_bound(found, noise)) > 1.8  # the inputs' noise matters here
 
 
 def test_noise_drawn_again_bounds_as_its_dense_covariance() -> None:
-    """Channels that share their noise, with a memory, and missing samples."""
+    """Channels with cross-correlated and autocorrelated noise, and missing samples."""
     samples = 240
     model, manoeuvre, start = true_flight(samples, 0.05)
     manoeuvre = with_gaps(manoeuvre, 4)
@@ -255,13 +255,13 @@ def test_noise_drawn_again_bounds_as_its_dense_covariance() -> None:
 
 def test_noise_that_is_not_possible_has_no_inverse() -> None:
     impossible = np.zeros((1, 1, 30))
-    impossible[0, 0, :2] = 1.0, 0.9  # neighbours alike, those beyond not at all
+    impossible[0, 0, :2] = 1.0, 0.9  # neighbours correlated, more distant samples not at all
     with pytest.raises(ValueError, match="positive definite"):
         StationaryNoise(impossible, np.ones((1, 30), dtype=bool)).solve(np.ones((1, 30, 1)))
 
 
 def test_white_noise_is_least_squares_at_any_length() -> None:
-    """1500 samples, 9000 numbers: more than a dense covariance is formed of."""
+    """1500 samples, 9000 numbers: more than the limit of a dense covariance."""
     model, manoeuvre, start = true_flight(1500, 0.02)
     noise, variance = white(manoeuvre, 20.0)
     found = sensitivity(model, manoeuvre, start, [entry("C_m", "alpha"), entry("C_Z", "alpha")], np.array([True]))

@@ -1,4 +1,4 @@
-"""The cross-check: its arithmetic against independent numbers, its pages, and, slowly, what it demands of the loop."""
+"""The cross-check: its arithmetic against independent numbers, its pages, and (slow) its requirements on the loop."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_polynomials_are_evaluated_as_their_terms_say(aircraft) -> None:
         total[entry.coefficient] += entry.value * term_by_tree(str(entry.term), point)
     turned = complex(total["C_D"], total["C_L"]) * complex(math.cos(0.11), math.sin(0.11))
     found = coefficients_at(aircraft, point)
-    # Drag aft and lift up as a complex number, turned by alpha into what points aft and up in the body.
+    # Drag aft and lift up as a complex number, rotated by alpha to body axes, aft and up.
     assert found["C_X"] == pytest.approx(total["C_X"] - turned.real, rel=1e-12)
     assert found["C_Z"] == pytest.approx(total["C_Z"] - turned.imag, rel=1e-12)
     assert found["C_m"] == pytest.approx(total["C_m"], rel=1e-12)
@@ -118,9 +118,9 @@ def point(alpha: float, inside: bool, error: float) -> TablePoint:
 def test_the_page_says_from_where_on_a_polynomial_leaves_the_table() -> None:
     near = [point(0.0, True, 0.0), point(0.1, True, 0.005)]
     degrees = math.radians(10.0)
-    said = follows([*near, point(0.12, False, 0.01), point(degrees, False, 0.2), point(0.3, False, 0.5)], "C_Z")
-    assert "deviates by 1.0 % of the variation" in said
-    assert "from 10.0° on" in said
+    sentence = follows([*near, point(0.12, False, 0.01), point(degrees, False, 0.2), point(0.3, False, 0.5)], "C_Z")
+    assert "deviates by 1.0 % of the variation" in sentence
+    assert "from 10.0° on" in sentence
     assert "over the whole range" in follows([*near, point(0.2, False, 0.01)], "C_m")
 
 
@@ -203,7 +203,7 @@ def test_the_main_derivatives_of_stock_aircraft_are_found(name: str) -> None:
     rows = {(row.coefficient, row.term): row for row in check.rows}
     for key in (("C_m", "alpha"), ("C_m", "q_hat"), ("C_m", "delta_e"), ("C_Z", "alpha")):
         assert rows[key].agrees, rows[key]
-    # Drag tables that bend leave a_x of the c310 and the t6texan2 some tenth above the noise: no term follows them.
+    # Where drag tables bend, a_x of the c310 and the t6texan2 stays some tenth above the noise: no term follows them.
     ratios = [(row.before / row.noise, row.after / row.noise) for row in check.errors if row.before and row.after]
     assert len(ratios) == len(check.errors)
     assert np.median([after for _, after in ratios]) < 1.05
@@ -249,12 +249,12 @@ def test_lateral_slopes_are_those_of_the_completed_polynomial_over_the_flown_ran
     assert found["C_l", "p_hat"].estimate == pytest.approx(-0.56, rel=1e-12)
     assert found["C_n", "delta_r"].estimate == pytest.approx(-0.15, rel=1e-12)
     assert not found["C_n", "delta_r"].agrees
-    assert found["C_n", "delta_a"].agrees  # none declared, none there
+    assert found["C_n", "delta_a"].agrees  # neither declared nor present
 
 
 @pytest.mark.slow
 def test_lateral_derivatives_of_the_c310_are_those_of_its_own_tables() -> None:
-    """Measured: 15 of 15 agree and nothing named, as of DHC6, t6texan2, fokker50 and 737; of the L410 12 of 15."""
+    """Measured: 15 of 15 agree and none is reported, as for DHC6, t6texan2, fokker50 and 737; of the L410 12 of 15."""
     in_jsbsim()
     check = check_sideways("c310", 0.04, 0)
     assert check.result.verdict is Verdict.NOTHING_MISSING

@@ -1,4 +1,4 @@
-"""Aircraft of JSBSim identified from a flight, exported, and flown again beside their sources."""
+"""Aircraft of JSBSim identified from a flight, exported, and flown again for comparison with the originals."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from aerosid.reporting.export.jsbsim_xml import ExportSettings, put_into
 TERMS_ALONE = LoopSettings(catalogue="terms", next_flight=False)
 FRAME = 0.002
 
-# AERORP from the centre of gravity, m forward and below, of the variants that fly: fuel as in the files, no engines.
+# AERORP from the centre of gravity, m forward and below, of the flown variants: fuel as in the files, no engines.
 AERORP = {"L410": (-0.2128, -0.3216), "c310": (-0.0081, 0.1235), "DHC6": (-0.0683, -0.2982)}
 
 
 def flights(name: str, completed: Aircraft, doublet: Any) -> dict[str, dict[str, NDArray[np.float64]]]:
-    """The doublet flown by the exported model on its own body, and in the place of its source's aerodynamics."""
+    """The doublet flown by the exported model on its own body, and in place of the original's aerodynamics."""
     from jsbsim_cases import exported, job
 
     from aerosid.studies.jsbsim.flight import _configuration, _job, _parts

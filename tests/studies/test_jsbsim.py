@@ -1,4 +1,4 @@
-"""Flights of JSBSim: against our own simulation, against published numbers of its aircraft, and each effect's sign."""
+"""Flights of JSBSim: against our own simulation, against published data of its aircraft, and each effect's sign."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_effects_of_the_aircraft_file_are_flown_too() -> None:
 
 
 def test_derivatives_are_those_of_the_aircrafts_own_tables() -> None:
-    """The constants stand in JSBSim's file of the L410; C_m_alpha, whose lift acts at AERORP, was measured before."""
+    """The constants are in JSBSim's file of the L410; C_m_alpha, whose lift acts at AERORP, was measured before."""
     plan = FlightPlan("L410", manoeuvre("doublet", 0.02, 1.0, 6.0, 0.02), 80.0, noise=0.0)
     flown = fly_jsbsim(plan)
     rows = {(row["coefficient"], row["term"]): row for row in flown.truth["derivatives"]}
@@ -77,7 +77,7 @@ def test_derivatives_are_those_of_the_aircrafts_own_tables() -> None:
     damping, (downwash,) = constants["aero/coefficient/Cmq"][0], constants["aero/coefficient/Cmadot"]
     assert rows["C_m", "q_hat"]["frozen"] == pytest.approx(damping, rel=1e-4)
     assert rows["C_m", "alpha_dot_hat"]["frozen"] == pytest.approx(downwash, rel=1e-3)
-    # On a level path alphadot follows q: what is left of the one adds to the other.
+    # On a level path alphadot follows q: the remainder of one adds to the other.
     assert rows["C_m", "q_hat"]["self_consistent"] == pytest.approx(damping + downwash, rel=2e-3)
     assert rows["C_m", "alpha"]["frozen"] == pytest.approx(-0.944, abs=2e-3)
     assert rows["C_m", "alpha"]["self_consistent"] == pytest.approx(-0.289, abs=2e-3)
@@ -110,11 +110,11 @@ def test_actuator_and_sensor_effects_are_those_of_the_catalogue() -> None:
 
 
 STILL = Manoeuvre(0.02 * np.arange(151.0), {}, "none")
-"""Trimmed flight: whatever moves is the effect's."""
+"""Trimmed flight: any motion is due to the effect."""
 
 
 def test_what_changes_at_a_time_changes_the_forces_by_what_it_says() -> None:
-    """The moment after each change, at a state that has not moved yet."""
+    """The instant after each change, at a state that has not moved yet."""
     effects = ("step_change:C_m=0.01@0.5", "thrust_loss=0.3@1", "aero_term:C_Z:alpha=-2@1.5", "icing=1@2")
     flown = silent(aircraft=LIGHT, manoeuvre=STILL, effects=tuple(map(parse_effect, effects)))
     states = flown.states
@@ -138,7 +138,7 @@ def test_what_changes_at_a_time_changes_the_forces_by_what_it_says() -> None:
 
 
 def test_a_point_mass_moves_mass_centre_of_gravity_and_inertia() -> None:
-    """A mass 2 m aft takes static stability: C_m_alpha rises by |C_Z_alpha| times the shift over the chord."""
+    """A mass 2 m aft reduces static stability: C_m_alpha rises by |C_Z_alpha| times the shift over the chord."""
     aft = silent(aircraft=LIGHT, effects=(parse_effect("cg_shift=200,-2.0"),))
     assert aft.states["mass"] == pytest.approx(LIGHT.mass + 200.0, rel=1e-6)
     shift = 200.0 * -2.0 / (LIGHT.mass + 200.0)
@@ -157,7 +157,7 @@ def test_flap_gear_ground_and_stall_do_what_they_are_for() -> None:
     stock = FlightPlan("c310", STILL, 72.0, noise=0.0, effects=tuple(map(parse_effect, ("flap=1@0.5", "gear=1@1.5"))))
     states = fly_jsbsim(stock).states
     lift, drag = -states["a_z"], states["a_x"]
-    assert lift[27] - lift[25] > 0.5  # m/s^2, of flaps all at once
+    assert lift[27] - lift[25] > 0.5  # m/s^2, due to a step of the flaps
     assert drag[77] - drag[75] < -0.05
     near = silent(aircraft=LIGHT, manoeuvre=STILL, altitude=2.0, effects=(parse_effect("ground_effect=0.1"),))
     far = silent(aircraft=LIGHT, manoeuvre=STILL, altitude=300.0, effects=(parse_effect("ground_effect=0.1"),))
@@ -192,7 +192,7 @@ def test_turbulence_is_air_that_moves_and_the_seed_repeats_it() -> None:
     for name in ("V", "alpha", "q", "delta_e"):
         assert (one.log[name] == again.log[name]).all()
     assert np.abs(one.states["alpha"] - other.states["alpha"]).max() > 1e-3
-    # Gusts of the order of 1 m/s at 100 m/s, and an aircraft that answers them.
+    # Gusts of the order of 1 m/s at 100 m/s, and the response of the aircraft to them.
     assert 2e-3 < np.std(one.states["alpha"]) < 0.1
     assert np.std(one.states["a_z"]) > 0.3
 
@@ -223,7 +223,7 @@ def test_noise_free_polynomial_flight_gives_back_its_twelve_derivatives() -> Non
 
 
 def test_lateral_derivatives_are_those_of_the_aircrafts_own_tables() -> None:
-    """The constants stand in JSBSim's file of the L410; nothing of C_Y moves with rate or surface, whatever AERORP."""
+    """The constants are in JSBSim's file of the L410; no part of C_Y varies with rate or surface, whatever AERORP."""
     moves = (ControlInput("delta_a", "doublet", 0.03, 0.6), ControlInput("delta_r", "doublet", 0.03, 0.6))
     plan = FlightPlan("L410", sequence(moves, None, 0.04), 80.0, noise=0.0, longest_frame=0.004)
     flown = fly_jsbsim(plan)

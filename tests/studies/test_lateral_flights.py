@@ -35,7 +35,7 @@ ALL = Manoeuvre(
     "doublets",
 )
 CLIMBING = Manoeuvre(TIME, ALL.deviations | {"delta_e": doublet(TIME, 0.52, 1.4, 0.06)}, "doublets")
-"""Height and airspeed move by more than JSBSim's planet, round and 6e9 m away, bends or rounds them."""
+"""Height and airspeed vary by more than the curvature of JSBSim's planet (6e9 m) and its rounding change them."""
 STILL = Manoeuvre(0.02 * np.arange(151.0), {}, "none")
 COUPLED = PITCH | {
     **SIDE,
@@ -53,7 +53,7 @@ def flown(aircraft: Aircraft, *effects: str, manoeuvre: Manoeuvre = ALL, frame: 
 def by_the_suite(
     flight: JsbsimFlight, terms: Mapping[tuple[str, str], float], manoeuvre: Manoeuvre = ALL
 ) -> dict[str, np.ndarray]:
-    """The same controls from the same first state, by the suite's own equations."""
+    """The same controls from the same initial state, by the suite's own equations."""
     start = [float(flight.states[name][0]) for name in SIX.integrated]
     trim = flight.truth["trim"]
     inputs = {name: trim[name] + moved for name, moved in manoeuvre.deviations.items()}
@@ -68,7 +68,7 @@ def terms_of(aircraft: Aircraft) -> dict[tuple[str, str], float]:
 
 @pytest.mark.parametrize("values", [COUPLED, SIDE], ids=["six", "lateral"])
 def test_jsbsim_flies_all_axes_as_the_suites_equations_do(values: Mapping[str, Mapping[str, float]]) -> None:
-    """Its multistep integrators err by the square of the frame: a quarter at half of it, 1e-5 at 0.001 s."""
+    """The error of its multistep integrators is quadratic in the frame: a quarter at half of it, 1e-5 at 0.001 s."""
     aircraft = commuter(values)
     flight = flown(aircraft, manoeuvre=CLIMBING, frame=0.0005)
     wanted = by_the_suite(flight, terms_of(as_flown(aircraft, 72.0, 1.02)), CLIMBING)
@@ -90,7 +90,7 @@ def test_a_lateral_file_is_carried_by_what_the_truth_does_not_hold_against_it() 
 
 
 def test_lateral_effects_change_what_they_say() -> None:
-    """The moment after each jump the accelerations are the jump's, with I_xz."""
+    """At the instant after each jump the accelerations are due to the jump, with I_xz."""
     aircraft = commuter(PITCH | SIDE)
     flight = flown(aircraft, "step_change:C_l=0.002@0.5", "step_change:C_n=-0.003@1", "C_Y:1=0.01@1.5", manoeuvre=STILL)
     states = flight.states
@@ -119,7 +119,7 @@ def test_sensors_and_surfaces_of_the_lateral_channels_err_as_told() -> None:
 
 
 def test_an_inertia_that_flies_is_not_the_files() -> None:
-    """Rudder alone: p' over r' at the first motion is what the tensor with the flown I_xz says."""
+    """Rudder alone: p' over r' at the first motion follows from the inertia tensor with the flown I_xz."""
     rudder = Manoeuvre(STILL.time, {"delta_r": 0.05 * np.clip((STILL.time - 0.5) / 0.02, 0.0, 1.0)}, "step")
     for i_xz in (1600.0, -4000.0):
         states = flown(commuter(PITCH | SIDE), f"inertia:I_xz={i_xz}", manoeuvre=rudder).states
@@ -129,7 +129,7 @@ def test_an_inertia_that_flies_is_not_the_files() -> None:
         k = 26  # one sample into the step
         assert states["p_dot"][k] / states["r_dot"][k] == pytest.approx(
             p_dot / r_dot, rel=0.12
-        )  # a fifteenth of the roll mode's time has passed
+        )  # after a fifteenth of the roll mode's time constant
 
 
 @pytest.mark.parametrize(

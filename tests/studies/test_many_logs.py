@@ -1,4 +1,4 @@
-"""Two hundred logs, five of them broken in five ways: the batch finishes, names the five, and tabulates the others."""
+"""Two hundred logs, five of them broken in five ways: the batch reports the five and tabulates the others."""
 
 from __future__ import annotations
 
@@ -71,5 +71,5 @@ def test_a_batch_of_two_hundred_names_the_five_and_tabulates_the_others(tmp_path
         for row in rows:
             if int(row["manoeuvres"]) > 1:
                 assert abs(float(row["value"]) - true) < 5.0 * float(row["scatter"])
-    # Nothing is done again; with --strict the broken ones are an error.
+    # Nothing is repeated; with --strict the broken ones are an error.
     assert batch("--strict").returncode == 1

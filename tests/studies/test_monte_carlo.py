@@ -1,4 +1,4 @@
-"""Studies: their noise, their statistics, and that neither workers nor interruptions change a digit."""
+"""Studies: their noise, their statistics, and results independent of workers and interruptions."""
 
 import json
 import os
@@ -67,7 +67,7 @@ def test_one_worker_or_two_write_the_same_bytes(tmp_path: Path) -> None:
             assert derivative["bias"] == pytest.approx(np.mean(errors), rel=1e-9, abs=1e-15)
             covered = [abs(e) < 1.96 * row[f"{name} std_error"] for e, row in zip(errors, rows, strict=True)]
             assert derivative["coverage95"] == pytest.approx(np.mean(covered))
-    # Without noise the truth comes back, and nothing is said of intervals.
+    # Without noise the estimates equal the truth, and no intervals are reported.
     for derivative in content["levels"][0]["derivatives"]:
         assert abs(derivative["bias"]) < 1e-3 * abs(derivative["true"])
         assert derivative["crlb"] is None
@@ -78,9 +78,9 @@ def test_one_worker_or_two_write_the_same_bytes(tmp_path: Path) -> None:
 def test_more_runs_are_added_to_those_that_are_there(tmp_path: Path) -> None:
     run_study(SMALL, tmp_path / "grown", Workers(1))
     grown = replace(SMALL, runs=6)
-    told: list[tuple[int, int]] = []
-    run_study(grown, tmp_path / "grown", Workers(2), lambda items, done: told.append((items, done)))
-    assert told == [(13, 7)]
+    announced: list[tuple[int, int]] = []
+    run_study(grown, tmp_path / "grown", Workers(2), lambda items, done: announced.append((items, done)))
+    assert announced == [(13, 7)]
     study_in(tmp_path / "grown", grown, Workers(4))
     study_in(tmp_path / "fresh", grown, Workers(4))
     assert written(tmp_path / "grown") == written(tmp_path / "fresh")
@@ -142,7 +142,7 @@ def test_the_search_finds_what_is_planted_and_nothing_else(tmp_path: Path) -> No
         assert row.after < 0.2 * row.before
     for row in level.derivatives:
         assert row.rmse_over_crlb is not None
-        assert 0.7 < row.rmse_over_crlb < 1.4  # 40 runs: 11 % of scatter
+        assert 0.7 < row.rmse_over_crlb < 1.4  # of 40 runs, the ratio scatters by 11 %
 
 
 @pytest.mark.slow
@@ -162,7 +162,7 @@ def test_a_log_as_the_base_is_flown_again_with_its_own_noise(tmp_path: Path) -> 
 
 
 def test_statistics_are_those_of_the_runs() -> None:
-    """Rows made here, with errors and deviations that are known, against sums over them one by one."""
+    """Rows made by the test, with known errors and standard errors, against sums over single rows."""
     trials = Trials(make_truth(SMALL), SMALL.levels, 0, "terms")
     truth = trials.truth
     true = [truth.model.value(entry) for entry in truth.free]
@@ -232,11 +232,11 @@ def test_noise_has_the_covariance_that_the_bound_is_told(memory: float) -> None:
     source = ColouredNoise(memory)
     generator = np.random.default_rng(1)
     drawn = np.array([source.draw(generator, 12, 2) for _ in range(40_000)])
-    told = source.autocovariance(12, 2)
+    expected = source.autocovariance(12, 2)
     for first in (0, 5):
         for lag in (0, 1, 4):
             measured = np.einsum("ri,rj->ij", drawn[:, first], drawn[:, first + lag]) / len(drawn)
-            np.testing.assert_allclose(measured, told[:, :, lag], atol=0.025)
+            np.testing.assert_allclose(measured, expected[:, :, lag], atol=0.025)
 
 
 def test_redrawn_noise_has_the_covariance_that_the_bound_is_told() -> None:
@@ -248,11 +248,11 @@ def test_redrawn_noise_has_the_covariance_that_the_bound_is_told() -> None:
     assert deviation == pytest.approx(np.nanstd(residuals, axis=0), rel=0.01)
     assert 10 < source.block < 75
     drawn = np.array([source.draw(generator, 40, 2) for _ in range(40_000)])
-    told = source.autocovariance(40, 2)
+    expected = source.autocovariance(40, 2)
     for first in (0, 11):
         for lag in (0, 1, 9, 28):
             measured = np.einsum("ri,rj->ij", drawn[:, first], drawn[:, first + lag]) / len(drawn)
-            np.testing.assert_allclose(measured, told[:, :, lag], atol=0.03)
+            np.testing.assert_allclose(measured, expected[:, :, lag], atol=0.03)
 
 
 def test_an_effect_that_is_no_term_is_flown_and_estimated() -> None:
@@ -269,7 +269,7 @@ def test_an_effect_that_is_no_term_is_flown_and_estimated() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ({"effects": ("C_m=3",)}, "--effect"),
         ({"effects": ("C_m:alpha^^2=3",)}, "alpha"),
@@ -298,8 +298,8 @@ def test_an_effect_that_is_no_term_is_flown_and_estimated() -> None:
         ({"aircraft": None}, "--aircraft"),
     ],
 )
-def test_wrong_words_are_refused_with_a_sentence(words: dict[str, object], said: str) -> None:
-    with pytest.raises(AerosidError, match=said):
+def test_wrong_words_are_refused_with_a_sentence(words: dict[str, object], message: str) -> None:
+    with pytest.raises(AerosidError, match=message):
         make_truth(plan_of(StudyWords(**{"aircraft": "light_transport", **words})))  # type: ignore[arg-type]
 
 
@@ -361,7 +361,7 @@ def test_steps_that_are_written_out_are_flown_as_written() -> None:
 
 
 def test_an_input_that_was_designed_is_flown_from_its_file(tmp_path: Path) -> None:
-    """As close-loop writes it: deviation from trim, linear between rows; here with a corner between two samples."""
+    """As written by close-loop: deviation from trim, linear between rows; here with a corner between two samples."""
     path = tmp_path / "next_input.csv"
     corners = [(0.0, 0.0), (1.0, 0.0), (1.3, 0.03), (3.0, 0.03), (3.6, -0.03), (5.0, -0.03), (5.3, 0.0), (12.0, 0.0)]
     grid = np.round(np.arange(121) * 0.1, 1)
@@ -382,7 +382,7 @@ def test_an_input_that_was_designed_is_flown_from_its_file(tmp_path: Path) -> No
 
 
 def test_results_of_an_edited_package_are_not_mixed(tmp_path: Path) -> None:
-    """The state of the sources is in the journal's key, so that a study begun before an edit is refused after it."""
+    """The sources are part of the journal's key, so that a study begun before an edit is refused after it."""
     package = tmp_path / "package"
     (package / "deep").mkdir(parents=True)
     (package / "a.py").write_text("x = 1\n", encoding="utf-8")
@@ -466,7 +466,7 @@ def test_what_a_case_has_no_place_for_is_not_flown() -> None:
 
 @pytest.mark.slow
 def test_six_axis_errors_are_those_of_the_bound(tmp_path: Path) -> None:
-    """40 runs: a root-mean-square is known to 11 %; of 24 the worst may be off by three of these."""
+    """Of 40 runs a root-mean-square scatters by 11 %; the worst of 24 may deviate by three of these."""
     aircraft = load_aircraft("navion")
     plan = StudyPlan(aircraft, flown=FlownInput(samples=1410), snrs=(20.0,), catalogue="known", runs=40)
     study = run_study(plan, tmp_path, Workers(1, None))

@@ -1,4 +1,4 @@
-"""A study's run, a batch's row and `close_loop` are one chain: the same log gives the same numbers, bit for bit."""
+"""A study's run, a batch's row and `close_loop` use the same chain: the same log gives equal numbers, bit for bit."""
 
 from __future__ import annotations
 

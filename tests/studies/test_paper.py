@@ -1,4 +1,4 @@
-"""The paper's tables against the truth that they estimate, on terms stricter than the printed numbers."""
+"""The paper's tables against the true values, with tighter tolerances than the printed numbers."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_table_4_means_over_a_hundred_seeds():
         error = level.ours.mean(axis=0) / np.array(ALPHA2) - 1.0
         assert np.abs(error).max() <= limits[level.snr], level.snr
         assert len(level.ours) == (1 if level.snr is None else 100)
-        # The paper's own chain is shown as it is: not better than ours over the seeds, and not far off either.
+        # The paper's own chain, reproduced unchanged: not better than ours over the seeds, but not far from it either.
         assert np.abs(level.direct.mean(axis=0) / np.array(ALPHA2) - 1.0).max() < 0.1
 
 
@@ -128,7 +128,7 @@ def test_the_paper_s_equations_are_those_of_the_flight_model():
     )
     for name, column in (("V", speed), ("alpha", alpha), ("q", flight.states[:, 2]), ("theta", flight.states[:, 3])):
         np.testing.assert_allclose(column, log[name], rtol=1e-7, atol=1e-8)
-    # And the candidate: what a unit of C_X and C_m in alpha^2 adds to the rates there.
+    # The candidate as well: the rates due to a unit of C_X and C_m in alpha^2.
     work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
     candidate = flight.candidate(flight.states, (2,))
     for k in (0, 90, 200):

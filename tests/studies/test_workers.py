@@ -1,4 +1,4 @@
-"""Work items reach workers, and their results the disk: whatever is killed, each result stands there once."""
+"""Work items reach workers and their results the disk: whatever is killed, each result is stored once."""
 
 import itertools
 import os
@@ -26,7 +26,7 @@ def squared(key: str) -> dict[str, float]:
 
 
 def slow(folder: str, key: str) -> dict[str, float]:
-    """Say who works, so that a test can kill it and see it gone."""
+    """Report the worker, so that a test can kill it and observe its end."""
     Path(folder, f"pid{os.getpid()}").touch()
     time.sleep(0.1)
     return squared(key)

@@ -1,4 +1,4 @@
-"""Log formats: one file a format, one table of formats, one function that reads."""
+"""Log formats: one file per format, one table of formats, and the functions that read a recording or a log."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "Channels", "Format", "format_of", "read_log", "read_recording", "read_segments", "ready_maps"]
 
 Channels = str | Path | Mapping[str, Any]
-"""A channel map: its file, the name of a ready one, or its content."""
+"""A channel map: its file, the name of a ready one, or its contents."""
 
 
 _READY = Path(__file__).resolve().parents[1] / "ready_maps"
 
 
 def ready_maps() -> dict[str, Path]:
-    """The channel maps that come with aerosid, by the name that `channels` takes."""
+    """The channel maps bundled with aerosid, by the name given as `channels`."""
     return {path.stem: path for path in sorted(_READY.glob("*.toml"))}
 
 
@@ -49,7 +49,7 @@ def read_log(
     across_holes: bool = False,
     recording: Recording | None = None,
 ) -> FlightLog:
-    """The recorded manoeuvre as an immutable log in SI on its own time base.
+    """The recorded manoeuvre as an immutable log in SI units on its own time base.
 
     Parameters
     ----------
@@ -57,14 +57,14 @@ def read_log(
         The recording; may be compressed with gzip.
     channels : str, Path or mapping, optional
         The channel map: its file, the name of a ready one (`px4`), or its content, of which `{"theta": "ATT.Pitch"}` is
-        the shortest. Without it: LOG.channels.toml beside the log, channels.toml in its folder, or the ready map of
+        the shortest. Without it: LOG.channels.toml next to the log, channels.toml in its folder, or the ready map of
         its format.
     start, stop : float, optional
-        The span, s of the log's own time; the longest stretch without a hole inside it is read.
+        The span, s in the log's own time; the longest stretch without a gap inside it is read.
     across_holes : bool
-        All stretches in one log, with nothing between them: for whole flights in which manoeuvres are sought.
+        All stretches in one log, with nothing between them: for whole flights that are searched for manoeuvres.
     recording : Recording, optional
-        What `read_recording` gave of the same file, which is then not parsed again.
+        The result of `read_recording` for the same file, which is then not parsed again.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def read_log(
 
 
 def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[FlightLog, ...]:
-    """All stretches of a recording without a hole, each a log, in order of time.
+    """All stretches of a recording without a gap, each as a log, in order of time.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[F
 
 
 def _read_whole(path: Path, channels: Channels | None, recording: Recording | None = None) -> FlightLog:
-    """Every stretch of a recording in one log that knows the holes between them."""
+    """Every stretch of a recording in one log that records the gaps between them."""
     if _is_topic_folder(path):
         parts, digest = _assemble_folder(path, channels)
     else:
@@ -126,12 +126,12 @@ def _read_whole(path: Path, channels: Channels | None, recording: Recording | No
 
 
 def _require_measurable(log: FlightLog) -> None:
-    """Nothing, where every number can be one of a sensor.
+    """None; checks that every number is within the range of a sensor.
 
     Raises
     ------
     LogError
-        Where a channel, or the time, holds a number beyond `READING.largest`.
+        Where a channel, or the time, contains a number beyond `READING.largest`.
     """
     for name, values in {"time": log.time, **log.channels}.items():
         beyond = np.flatnonzero(np.abs(values) > READING.largest)
@@ -139,13 +139,13 @@ def _require_measurable(log: FlightLog) -> None:
             k = int(beyond[0])
             place = f"{values[k]:.3g} at {log.time[k]:g} s (sample {k + 1})"
             raise LogError(
-                f"{log.path}: channel {name} holds {place}, which is no sensor reading (at most {READING.largest:g}); "
-                "check its column and unit, or leave the field empty for a missing sample."
+                f"{log.path}: channel {name} holds {place}, which is not a sensor reading (at most "
+                f"{READING.largest:g}); check its column and unit, or leave the field empty for a missing sample."
             )
 
 
 def _used_map(path: Path, channels: Channels | None) -> Path | None:
-    """The file of the channel map, where it is beside the recording or given as one; ready maps are aerosid's own."""
+    """The file of the channel map, next to the recording or given as one; None for the ready maps of aerosid."""
     from aerosid.logs.formats.channel_map import find_channel_map
 
     if isinstance(channels, Mapping) or (channels is not None and not Path(channels).is_file()):
@@ -165,18 +165,18 @@ def _assemble_folder(path: Path, channels: Channels | None) -> tuple[list[Assemb
 
     recording, digest = read_topic_folder(path)
     mapped = _mapping(path, channels) or _mapping(path, ready_maps()["px4"])
-    assert mapped is not None  # the ready one comes with the package
+    assert mapped is not None  # the ready map is part of the package
     mapping, map_label = mapped
     return map_recording(recording, mapping, Place(str(path), map_label)), digest
 
 
 def format_of(path: str | Path) -> str:
-    """The key of `FORMATS` by which a file would be read with a map that names none.
+    """The key of `FORMATS` by which a file is read with a map that names none.
 
     Raises
     ------
     LogError
-        If it cannot be opened, or neither its content nor its suffix tells.
+        If it cannot be opened, or neither its contents nor its suffix identify the format.
     """
     path = Path(path)
     if _is_topic_folder(path):
@@ -185,7 +185,7 @@ def format_of(path: str | Path) -> str:
 
 
 def read_recording(path: str | Path, form: str | None = None) -> Recording:
-    """Everything that a file holds, as the recorder wrote it: nothing renamed, converted or resampled.
+    """The contents of a file, as the recorder wrote them: nothing renamed, converted or resampled.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def read_recording(path: str | Path, form: str | None = None) -> Recording:
 
 
 def _as_recording(name: str, table: RawTable) -> Recording:
-    """A table as the one stream of a recording; its columns go by their numbers where they have no names."""
+    """A table as the single stream of a recording; its columns are numbered where they have no names."""
     from aerosid.logs.formats.delimited_text import numeric_clocks
 
     names: list[str] = []
@@ -231,13 +231,13 @@ def _as_recording(name: str, table: RawTable) -> Recording:
 
 
 def _mapping(path: Path, channels: Channels | None) -> tuple[ChannelMap, str] | None:
-    """The channel map and where it is from; None where there is none."""
+    """The channel map and its source; None where there is none."""
     from aerosid.logs.formats.channel_map import checked_map, find_channel_map, load_channel_map
 
     if isinstance(channels, Mapping):
         return checked_map(channels, "channels"), "channels"
     given = None if channels is None else Path(channels)
-    # A folder may be called like a ready map: recordings of PX4 lie in `px4`.
+    # A folder may have the name of a ready map: recordings of PX4 often are in a folder `px4`.
     if given is not None and not given.is_file():
         given = ready_maps().get(str(channels), given)
     found = find_channel_map(path, given)
@@ -261,7 +261,7 @@ def _assemble(path: Path, data: bytes, channels: Channels | None, recording: Rec
                 f"--channels.{_ready_hint(path)}"
             )
         mapped = _mapping(path, ready_maps()[ready])
-        assert mapped is not None  # it comes with the package
+        assert mapped is not None  # part of the package
     mapping, map_label = mapped
     name = mapping.format or _guess_format(path, data, mapped=True)
     if name not in FORMATS:
@@ -278,18 +278,18 @@ def _assemble(path: Path, data: bytes, channels: Channels | None, recording: Rec
 
 
 def _native(path: Path, data: bytes) -> RawTable:
-    """The table of a file that describes itself; what it is taken for otherwise is said where it does not."""
+    """The table of a self-describing file; an error names the format that was assumed for it."""
     try:
         table = FORMATS["csv"].read(data, str(path))
     except LogError as error:
         hint = "" if looks_native(data) else _ready_hint(path)
         raise LogError(f"{error}{hint}") from None
-    assert isinstance(table, RawTable)  # what describes itself is one table
+    assert isinstance(table, RawTable)  # self-describing formats are single tables
     return table
 
 
 def _ready_hint(path: Path) -> str:
-    """The ready map that fits a file's columns, as a sentence; nothing where none does."""
+    """A sentence on the ready map that fits a file's columns; empty where none does."""
     from aerosid.logs.fitting_map import fitting_ready_map
 
     try:
@@ -321,9 +321,9 @@ def _mapped(name: str, data: bytes, mapping: ChannelMap, place: Place, recording
 
 
 def _guess_format(path: Path, data: bytes, *, mapped: bool) -> str:
-    """The format by how the file begins, else by its suffix.
+    """The format by the first bytes of the file, else by its suffix.
 
-    A CSV is native only where its header carries units in brackets, and text where its rows hold words.
+    A CSV is native only where its header gives units in brackets, and text where its rows contain words.
     """
     begun = next((name for name, form in FORMATS.items() if form.magic and data.startswith(form.magic)), None)
     if begun is not None:

@@ -14,12 +14,12 @@ from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, Recording, St
 
 
 def read_parquet(data: bytes, path: str) -> Recording:
-    """The columns of a Parquet file, read one by one as they are wanted.
+    """The columns of a Parquet file, each read on demand.
 
     Raises
     ------
     LogError
-        If the file is damaged, or holds no column of numbers.
+        If the file is damaged, or contains no numeric column.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -39,7 +39,7 @@ def read_feather(data: bytes, path: str) -> Recording:
     Raises
     ------
     LogError
-        If the file is damaged, or holds no column of numbers.
+        If the file is damaged, or contains no numeric column.
     """
     import pyarrow as pa
     from pyarrow import feather

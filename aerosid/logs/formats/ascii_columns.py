@@ -1,4 +1,4 @@
-"""Columns of numbers as most recorders write them: any separator, with or without header text."""
+"""Columns of numbers as most recorders write them: any separator, with or without header lines."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from aerosid.logs.formats.table import RawTable
 _DELIMITERS: tuple[str | None, ...] = (",", ";", "\t", None)
 _NAME_WITH_UNIT = re.compile(r"(.+?)\s*(?!\[\d+\])[\[(]([^\[\]()]*)[\])]")  # `q[0]` is an element of an array
 _SAMPLE, _ROWS = 65536, 40
-"""Format: bytes, and rows at their end, that show what rows are like."""
+"""Format: bytes, and rows at the end of these, from which the kind of rows is determined."""
 
 _HEADER_LIMIT = 500
-"""Format: lines of text before the first row of numbers at most: enough for any recorder's preamble."""
+"""Format: maximum number of header lines before the first row of numbers: enough for any recorder."""
 
 
 def read_ascii_columns(data: bytes, path: str) -> RawTable:
@@ -23,7 +23,7 @@ def read_ascii_columns(data: bytes, path: str) -> RawTable:
     Parameters
     ----------
     data : bytes
-        The file's content, UTF-8 or Latin-1.
+        The file's contents, UTF-8 or Latin-1.
     path : str
         The file, for messages.
 
@@ -34,8 +34,8 @@ def read_ascii_columns(data: bytes, path: str) -> RawTable:
 
     Notes
     -----
-    The last one or two lines of text before the numbers that have as many fields as the numbers are the names, and
-    the names' units. A unit may also follow its name in brackets. Without such lines columns go by number.
+    The last one or two header lines with as many fields as the rows are the names, and the names' units. A unit may
+    also follow its name in brackets. Without such lines columns are numbered.
     """
     text = decode_text(data, path)
     header: list[str] = []
@@ -59,7 +59,7 @@ def read_ascii_columns(data: bytes, path: str) -> RawTable:
 
 
 def holds_words(data: bytes) -> bool:
-    """Whether most rows of a table hold clock times or words among their numbers, which `read_ascii_columns` refuses.
+    """Whether most rows of a table contain clock times or words, which `read_ascii_columns` refuses.
 
     One wrong field in a table of numbers does not make it a table of words.
     """
@@ -90,7 +90,7 @@ def _numeric_width(line: str) -> tuple[int, str | None]:
 
 
 def _trim_separators(body: bytes, delimiter: str | None) -> bytes:
-    """The rows without the blanks that would count as fields or rows."""
+    """The rows without blanks that would count as fields or rows."""
     return body if delimiter is None else body.rstrip(b" \n")
 
 

@@ -1,4 +1,4 @@
-"""Conversion of raw columns to a log in SI: names, signs, units, delays, and what follows from them."""
+"""Conversion of raw columns to a log in SI units: names, signs, units, delays, and derived channels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Assembled:
-    """A log while it is being put together."""
+    """A log under construction."""
 
     time: FloatArray
     channels: dict[str, FloatArray] = field(default_factory=dict)
@@ -37,12 +37,12 @@ class Assembled:
 
 
 def assemble_native(table: RawTable, path: str) -> Assembled:
-    """The channels of a native log, whose header says everything.
+    """The channels of a native log, whose header gives names and units.
 
     Raises
     ------
     LogError
-        If time is missing or goes wrong, or a unit does not convert.
+        If time is missing or not increasing, or a unit does not convert.
     """
     names = [name or "" for name in table.names]
     if "time" not in names:
@@ -66,14 +66,14 @@ def assemble_native(table: RawTable, path: str) -> Assembled:
 
 
 def assemble_mapped(table: RawTable, mapping: ChannelMap, path: str, map_path: str) -> Assembled:
-    """The channels that a channel map names.
+    """The channels of a channel map.
 
     Raises
     ------
     ChannelMapError
         If a column is not in the file, or a unit is missing or does not convert.
     LogError
-        If time goes wrong.
+        If time is not increasing.
     """
     place = Place(path, map_path)
     if mapping.time is None:
@@ -107,12 +107,12 @@ def assemble_mapped(table: RawTable, mapping: ChannelMap, path: str, map_path: s
 
 
 def derive(log: Assembled, mapping: ChannelMap, place: Place) -> None:
-    """Adds what follows from the channels: by the map's laws, then from body velocities.
+    """Adds the derived channels: by the map's laws, then from body velocities.
 
     Raises
     ------
     ChannelMapError
-        If a law needs a channel that is not there, or its unit does not convert.
+        If a law needs a channel that does not exist, or its unit does not convert.
     """
     for name, entry in mapping.derived.items():
         if name in log.channels:
@@ -153,7 +153,7 @@ def _first_held(
     *,
     optional: bool,
 ) -> ChannelColumnMap | None:
-    """The first alternative whose columns the file holds; None where none is there and none need be."""
+    """The first alternative whose columns exist in the file; None where none does and the channel is optional."""
     for rank, entry in enumerate(alternatives):
         try:
             for column in entry.parts:
@@ -174,7 +174,7 @@ def _first_held(
 
 
 def _judged_repeats(table: RawTable, time: FloatArray) -> tuple[RawTable, FloatArray, list[str]]:
-    """Repeated stamps: rows written twice are dropped, those of too coarse a clock spread; others are left as wrong."""
+    """Stamps without repeats: duplicate rows are dropped, stamps of a coarse clock spread; others are left as wrong."""
     again = np.flatnonzero(np.diff(time) == 0.0) + 1
     if again.size == 0:
         return table, time, []
@@ -189,7 +189,7 @@ def _judged_repeats(table: RawTable, time: FloatArray) -> tuple[RawTable, FloatA
 
 
 def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
-    """The stretches of a table between holes in its stamps, in order of time; nothing is bridged.
+    """The stretches of a table between gaps in its stamps, in order of time; gaps are never bridged.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
     spans = [(a, b) for a, b in pairwise(starts) if b - a >= READING.fewest_samples]
     if not spans:
         raise LogError(
-            f"{path}: {cuts.shape[0]} holes in its stamps leave no stretch of {READING.fewest_samples} samples; record "
+            f"{path}: {cuts.shape[0]} gaps in its stamps leave no stretch of {READING.fewest_samples} samples; record "
             "without interruption."
         )
     log.notes += hole_notes([(low, high) for low, high in cuts.tolist()], len(spans), READING.fewest_samples)
@@ -215,25 +215,25 @@ def cut_at_holes(log: Assembled, path: str) -> list[Assembled]:
 
 @dataclass(frozen=True)
 class Place:
-    """The two files that a message about a mapped log names."""
+    """Names of the log and of its map for a message."""
 
     log: str
     map: str
 
 
 def listed(names: list[str] | tuple[str, ...]) -> str:
-    """Names for a message: not more than a line of them."""
+    """Names for a message, at most a line of them."""
     text = ", ".join(shown(name, 24) for name in names[:12])
     return f"{text}, … {len(names)} in all" if len(names) > 12 else text or "none"
 
 
 def held_unit(name: str, unit: str) -> str:
-    """The unit a channel is held in: the glossary's, or the file's own where the glossary does not know it."""
+    """The unit of a channel in the log: the glossary's, or the file's for a channel that is not in the glossary."""
     return CHANNELS[name].unit if name in CHANNELS else unit
 
 
 def in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
-    """The values in the glossary's unit; as they are for a channel that the glossary does not know."""
+    """The values in the glossary's unit; unchanged for a channel that is not in the glossary."""
     if name not in CHANNELS:
         return np.ascontiguousarray(values)
     factor, shift = conversion(unit, CHANNELS[name].unit)
@@ -241,7 +241,7 @@ def in_glossary_unit(name: str, unit: str, values: FloatArray) -> FloatArray:
 
 
 def glossary_factor(name: str, unit: str) -> float:
-    """What a difference in the file's unit is in the glossary's."""
+    """A difference in the file's unit, in the glossary's."""
     return abs(conversion(unit, CHANNELS[name].unit)[0]) if name in CHANNELS else 1.0
 
 
@@ -264,7 +264,7 @@ def _checked_time(time: FloatArray, table: RawTable, path: str) -> FloatArray:
 
 
 def _column_index(name: str, column: int | str, table: RawTable, place: Place) -> int:
-    """Where the column stands, from 0."""
+    """Index of the column, from 0."""
     if isinstance(column, int):
         if column > len(table.names):
             raise ChannelMapError(
@@ -274,7 +274,7 @@ def _column_index(name: str, column: int | str, table: RawTable, place: Place) -
         return column - 1
     found = [index for index, held in enumerate(table.names) if held == column]
     if not found:
-        # The header as it stands in the file, with its unit.
+        # The header as written in the file, with its unit.
         found = [index for index, header in enumerate(_headers(table)) if "".join(column.split()) in header]
     if len(found) == 1:
         return found[0]
@@ -293,7 +293,7 @@ def _column_index(name: str, column: int | str, table: RawTable, place: Place) -
 
 
 def _headers(table: RawTable) -> list[tuple[str, ...]]:
-    """Each column's name with its unit in brackets, blanks aside."""
+    """Each column's name with its unit in brackets, without blanks."""
     return [
         () if name is None or unit is None else tuple("".join(f"{name}{a}{unit}{b}".split()) for a, b in ("[]", "()"))
         for name, unit in zip(table.names, table.units, strict=True)
@@ -301,7 +301,7 @@ def _headers(table: RawTable) -> list[tuple[str, ...]]:
 
 
 def _read_with(name: str, entry: ColumnMap, table: RawTable, place: Place) -> tuple[FloatArray, str]:
-    """The entry's columns, shape (N, number of columns), and the unit they are read with."""
+    """The entry's columns, shape (N, number of columns), and their unit."""
     indices = [_column_index(name, column, table, place) for column in entry.parts]
     units = {table.units[index] for index in indices}
     unit = entry.unit if entry.unit is not None else units.pop() if len(units) == 1 else None
@@ -330,7 +330,7 @@ def _source(entry: ColumnMap, unit: str, table: RawTable, delay: float) -> Chann
 
 
 def initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray:
-    """The recorded columns; what a recorder left in them before the channel started is missing."""
+    """The recorded columns; numbers written before the channel started are missing samples."""
     word = (recorded != 0.0) & (np.abs(recorded) < READING.uninitialised)
     count = int(np.count_nonzero(word))
     if not count:
@@ -340,7 +340,7 @@ def initialised(name: str, recorded: FloatArray, notes: list[str]) -> FloatArray
 
 
 def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place: Place) -> None:
-    """Takes recording delays out: the value at t is the recording at t + delay, linear between samples."""
+    """Removes recording delays: the value at t is the recording at t + delay, linear between samples."""
     span = float(log.time[-1] - log.time[0])
     for name, entry in entries.items():
         if entry.delay == 0.0:
@@ -361,7 +361,7 @@ def _move_earlier(log: Assembled, entries: Mapping[str, ChannelColumnMap], place
 
 
 def derive_from_velocities(log: Assembled) -> None:
-    """V and alpha (and beta, with v) from the body velocities, where they are not recorded themselves."""
+    """V and alpha (and beta, with v) from the body velocities, where they are not recorded."""
     if "u" not in log.channels or "w" not in log.channels:
         return
     u, w = log.channels["u"], log.channels["w"]

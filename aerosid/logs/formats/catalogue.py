@@ -1,4 +1,4 @@
-"""Catalogue of recorder formats: how each is told, read and mapped."""
+"""Catalogue of recorder formats: how each is recognised, read and mapped."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Format:
     Attributes
     ----------
     read : callable
-        From the file's bytes and its name, for messages, to its columns or, of several clocks, its streams.
+        From the file's bytes and its name (for messages) to its columns or, with several clocks, its streams.
     suffixes : tuple of str
         File suffixes by which the format is guessed; each may be followed by `.gz`.
     self_describing : bool
@@ -28,11 +28,11 @@ class Format:
     description : str
         One line for `aerosid formats`.
     magic : tuple of bytes
-        How such a file begins, where that tells it from others; it then goes before the suffix.
+        First bytes of such a file, where they identify the format; they take precedence over the suffix.
     ready_map : str or None
-        The channel map that comes with aerosid and is used where there is no other.
+        The bundled channel map, used where no other is given.
     extra : str or None
-        The extra of aerosid that installs what reads it.
+        The extra of aerosid that installs the reader's library.
     several_clocks : bool
         Whether its streams have stamps of their own.
     """
@@ -48,11 +48,11 @@ class Format:
 
 
 def _late(module: str, function: str) -> Callable[[bytes, str], Recording]:
-    """A reader that is imported when a file needs it: some bring compilers and libraries along."""
+    """A reader that is imported on first use: some need large libraries and compilers."""
 
     def read(data: bytes, path: str) -> Recording:
         found = getattr(importlib.import_module(f"aerosid.logs.formats.{module}"), function)(data, path)
-        assert isinstance(found, Recording)  # by the readers' annotations
+        assert isinstance(found, Recording)  # as annotated by the readers
         return found
 
     return read

@@ -1,4 +1,4 @@
-"""Channel maps: what the columns of any other recorder mean."""
+"""Channel maps: the meaning of the columns of other recorders."""
 
 from __future__ import annotations
 
@@ -50,31 +50,31 @@ class ColumnMap(BaseModel):
 
     @property
     def parts(self) -> tuple[int | str, ...]:
-        """The columns to be summed."""
+        """The columns that are summed."""
         if self.columns is not None:
             return self.columns
         return () if self.column is None else (self.column,)
 
 
 class ChannelColumnMap(ColumnMap):
-    """As `ColumnMap`, with what only a measured channel has.
+    """As `ColumnMap`, with the properties of a measured channel.
 
     Attributes
     ----------
     delay : float
-        How late it is, s.
+        Its delay, s.
     position : (float, float, float), optional
-        Where its sensor sits from the centre of gravity, m, body axes.
+        Position of its sensor from the centre of gravity, m, body axes.
     noise, resolution : float, optional
-        Standard deviation and resolution in the given unit; they win over what is estimated from the samples.
+        Standard deviation and resolution in the given unit; they take precedence over estimates from the samples.
     held : bool
-        Whether a sample holds until the next: a switch, a mode, a counter.
+        Whether a sample is held until the next: a switch, a mode, a counter.
     time : ColumnMap, optional
-        The column that holds its stamps, where that is another than the recording's.
+        The column of its time stamps, where it is not that of the recording.
     clock : str, optional
-        Which of its stream's stamps to use, by name.
+        The clock of its stream to use, by name.
     note : str, optional
-        What a reader of the result must know of it.
+        A remark on the channel for readers of the result.
     """
 
     delay: Finite = 0.0
@@ -88,7 +88,7 @@ class ChannelColumnMap(ColumnMap):
 
 
 class DerivedMap(BaseModel):
-    """One channel that follows from others by a law."""
+    """One channel computed from others by a law."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -109,7 +109,7 @@ class DerivedMap(BaseModel):
 
 
 class TextMap(BaseModel):
-    """What a table of text is like, where the file itself does not tell it."""
+    """Layout of a table of text, where it cannot be determined from the file itself."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -131,19 +131,19 @@ class ChannelMap(BaseModel):
     Attributes
     ----------
     time : ColumnMap, optional
-        The column of time; not needed where the format knows each stream's stamps.
+        The column of time; not needed where the format defines each stream's stamps.
     clock : str, optional
-        Which stamps to use in streams that have several, by name; the sample's own by default.
+        The clock to use in streams that have several, by name; the sample's own by default.
     raster : float or str, optional
-        Rate, Hz, or the channel whose stamps all others are brought to; by default the slowest motion channel.
+        Rate, Hz, or the channel to whose stamps all others are resampled; by default the slowest motion channel.
     optional : bool
-        Whether channels that the recording lacks are left out with a note instead of being an error.
+        Whether channels missing from the recording are left out with a note instead of being an error.
     channels : dict of str to tuple of ChannelColumnMap
-        For each channel the places to look for it, in order.
+        For each channel its possible columns, in order of preference.
     derived : dict of str to DerivedMap
-        Channels that follow from these.
+        Channels computed from these.
     align : dict of str to str
-        Channel and reference: the clock of the channel's stream is laid over that of the reference's.
+        Channel and reference: the clock of the channel's stream is aligned with that of the reference's.
     text : TextMap, optional
         Separator, decimals and header of a table of text.
     """
@@ -163,29 +163,29 @@ class ChannelMap(BaseModel):
 
     @property
     def resamples(self) -> bool:
-        """Whether the map asks for what is done to streams of several clocks, of a table too."""
+        """Whether the map requires processing of clocks or rates, also for a table."""
         whole = self.raster is not None or self.clock is not None or bool(self.align)
         entries = [entry for alternatives in self.channels.values() for entry in alternatives]
         return whole or any(entry.held or entry.time is not None or entry.clock is not None for entry in entries)
 
 
 def find_channel_map(log: Path, given: Path | None) -> Path | None:
-    """The map for a log: the given one, LOG.channels.toml beside it, channels.toml in its folder, or none."""
+    """The map of a log: the given one, LOG.channels.toml next to it, channels.toml in its folder, or None."""
     if given is not None:
         return given
-    # LOG is the file's whole name, or its name without the suffix.
+    # LOG is the file's full name, or its name without the suffix.
     stem = log.name.removesuffix(".gz")
     names = (f"{log.name}.channels.toml", f"{stem}.channels.toml", f"{Path(stem).stem}.channels.toml", "channels.toml")
     return next((path for name in names if (path := log.parent / name).is_file()), None)
 
 
 def load_channel_map(path: Path) -> ChannelMap:
-    """The checked content of a channel map file.
+    """The validated contents of a channel map file.
 
     Raises
     ------
     ChannelMapError
-        If the file cannot be read, is no TOML, or holds a wrong key or value; the message names the key.
+        If the file cannot be read, is not TOML, or contains a wrong key or value; the message names the key.
     """
     try:
         content = tomllib.loads(path.read_bytes().decode("utf-8"))
@@ -196,7 +196,7 @@ def load_channel_map(path: Path) -> ChannelMap:
         raise ChannelMapError(f"{path}: byte {error.start + 1} is not UTF-8; save the channel map as UTF-8.") from None
     except tomllib.TOMLDecodeError as error:
         reason = " ".join(str(error).split())[:120]
-        raise ChannelMapError(f"{path}: the channel map is no valid TOML ({reason}); correct that place.") from None
+        raise ChannelMapError(f"{path}: the channel map is not valid TOML ({reason}); correct that place.") from None
     except RecursionError:
         raise ChannelMapError(f"{path}: the channel map is nested too deeply; write it as the README shows.") from None
     if "schema" not in content:
@@ -205,14 +205,14 @@ def load_channel_map(path: Path) -> ChannelMap:
 
 
 def checked_map(content: Mapping[str, Any], label: str) -> ChannelMap:
-    """The map, checked.
+    """The validated map.
 
     Parameters
     ----------
     content : mapping
-        As a map file holds it; a mapping of channel names alone, each to a column's name or an entry, will do.
+        The contents of a map file; a mapping of channel names to columns or entries alone is sufficient.
     label : str
-        Where it is from, for messages.
+        Its source, for messages.
 
     Raises
     ------
@@ -229,7 +229,7 @@ def checked_map(content: Mapping[str, Any], label: str) -> ChannelMap:
 
 
 def _first_problem(error: ValidationError) -> str:
-    """One sentence on the first thing that is wrong."""
+    """One sentence on the first error."""
     first = error.errors(include_url=False)[0]
     # The branches of a union are pydantic's, not keys of the file.
     branches = ("constrained-", "function-", "int", "str", "tuple")

@@ -18,17 +18,17 @@ from aerosid.logs.stamps import boot_numbers
 
 MAGIC = b"\xa3\x95\x80"
 _HEAD_LENGTH = 3
-"""Format: bytes that begin each message: two marks and its type."""
+"""Format: first bytes of each message: two marks and its type."""
 
 _FMT = 128
-"""Format: type of the message that declares the others."""
+"""Format: type of the message that declares the other types."""
 
 _FMT_LENGTH = 89
 """Format: bytes of that message."""
 
-# The format of a format is presumed: some files bring it late or never.
+# The format of this message is assumed: some files contain its declaration late or never.
 FMT_FIELDS = ("Type", "Length", "Name", "Format", "Columns")
-# Letter of a field: its numpy type and the divisor that the letter itself carries. Division, because 250/100 is 2.5
+# Letter of a field: its numpy type and the divisor implied by the letter. Division, because 250/100 is 2.5
 # and 250*0.01 is not. (https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html)
 _LETTERS: dict[str, tuple[str, float]] = {
     "a": ("64V", 1.0), "b": ("<i1", 1.0), "B": ("<u1", 1.0), "h": ("<i2", 1.0), "H": ("<u2", 1.0), "i": ("<i4", 1.0),
@@ -48,7 +48,7 @@ _FIX_3D = 3
 
 @dataclass
 class MessageFormat:
-    """What a FMT message says of a type."""
+    """Declaration of a message type (FMT)."""
 
     name: str
     length: int
@@ -61,7 +61,7 @@ class MessageFormat:
 
     @property
     def sound(self) -> bool:
-        """Whether letters, fields and length agree."""
+        """Whether letters, fields and length are consistent."""
         known = all(letter in _LETTERS for letter in self.letters)
         unique = len(set(self.fields)) == len(self.fields) == len(self.letters)
         return known and unique and self.layout().itemsize == self.length - _HEAD_LENGTH
@@ -69,7 +69,7 @@ class MessageFormat:
 
 @dataclass
 class _Described:
-    """What FMTU, UNIT and MULT say: by type, the letters of its fields' units and multipliers."""
+    """Contents of FMTU, UNIT and MULT: by type, the letters of its fields' units and multipliers."""
 
     units: dict[str, str] = field(default_factory=dict)
     multipliers: dict[str, float] = field(default_factory=dict)
@@ -77,25 +77,25 @@ class _Described:
 
 
 def read_dataflash(data: bytes, path: str) -> Recording:
-    """The messages of a binary DataFlash log, one stream a type and instance.
+    """The messages of a binary DataFlash log, one stream per type and instance.
 
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If no message in it is described.
+        If it contains no message of a declared type.
 
     Notes
     -----
-    A message is read with the format that stands before it. Where bytes are damaged, reading goes on at the next
-    header of a described type. A field is raw * multiplier in its unit; letters that scale by themselves are scaled
-    already. Stamps are not sorted across types: the EKF's are those of the data that it used.
+    A message is read with the last declaration before it. After damaged bytes, reading continues at the next header
+    of a declared type. A field is raw * multiplier in its unit; letters with a divisor are already scaled. Stamps are
+    not sorted across types: the EKF's are those of the data that it used.
     """
     raw = np.frombuffer(data, dtype=np.uint8)
     positions, kinds, skipped, unknown = _walk(raw)
@@ -114,7 +114,7 @@ def read_dataflash(data: bytes, path: str) -> Recording:
 def _index(
     raw: AnyArray, lengths: IntArray, positions: IntArray, kinds: AnyArray, unknown: IntArray
 ) -> tuple[int, int, int]:
-    """Positions and types of all messages; returns their number, the bytes skipped, and the bytes over at the end."""
+    """Positions and types of all messages; returns their number, the bytes skipped, and the bytes left at the end."""
     count, skipped, place, size = 0, 0, 0, raw.size
     while place + 3 <= size:
         kind = raw[place + 2]
@@ -150,7 +150,7 @@ def _walk(raw: AnyArray) -> tuple[IntArray, AnyArray, tuple[int, int], IntArray]
 
 
 def _gathered(raw: AnyArray, positions: IntArray, start: int, size: int) -> AnyArray:
-    """`size` bytes from `start` bytes behind each position, shape (n, size)."""
+    """`size` bytes, `start` bytes after each position, shape (n, size)."""
     windows = np.lib.stride_tricks.sliding_window_view(raw, size)
     return np.ascontiguousarray(windows[positions + start])
 
@@ -188,7 +188,7 @@ def _describe(described: _Described, form: MessageFormat, record: Any) -> None:
     if form.name == "UNIT":
         described.units[chr(int(record["Id"]) & 0xFF)] = _text(bytes(record["Label"]))
     elif form.name == "MULT":
-        # Written as a double, but of a single's value: 0.009999999776482582 is meant as 0.01.
+        # Stored as a double with the value of a single: 0.009999999776482582 stands for 0.01.
         described.multipliers[chr(int(record["Id"]) & 0xFF)] = float(f"{record['Mult']:.7g}")
     else:
         described.letters[int(record["FmtType"])] = (_text(bytes(record["UnitIds"])), _text(bytes(record["MultIds"])))
@@ -217,7 +217,7 @@ def _streams(
 def _split_instances(
     raw: AnyArray, here: IntArray, form: MessageFormat, units: str, multipliers: str, described: _Described
 ) -> Iterator[Stream]:
-    """A stream for each sender of one message; none where the message carries no stamp."""
+    """A stream for each sender of one message; none where the message has no stamp."""
     stamps = list(stamp_fields(form.name, form.fields))
     if not stamps:
         return
@@ -242,7 +242,7 @@ def _split_instances(
 
 def stamp_fields(message: str, fields: tuple[str, ...]) -> Iterator[tuple[str, str]]:
     """The fields of a message that hold stamps, with their units, the autopilot's own first."""
-    # Before 2014 TimeMS of a GPS message was the GPS time of the week, and T the autopilot's clock.
+    # Before 2014 TimeMS of a GPS message was the GPS time of week, and T the autopilot's clock.
     if message in ("GPS", "GPS2") and "T" in fields and "TimeMS" in fields:
         yield "T", "ms"
         yield "TimeMS", "ms"
@@ -253,7 +253,7 @@ def stamp_fields(message: str, fields: tuple[str, ...]) -> Iterator[tuple[str, s
 
 
 def _unit_of(index: int, letter: str, units: str, multipliers: str, described: _Described) -> tuple[float, str | None]:
-    """The factor that brings raw numbers to the unit, and the unit; None where the file names none."""
+    """The factor from raw numbers to the unit, and the unit; None where the file names none."""
     unit = described.units.get(units[index]) if index < len(units) else None
     if not unit or unit == "UNKNOWN":
         return 1.0, None
@@ -266,7 +266,7 @@ def _field(raw: AnyArray, here: IntArray, form: MessageFormat, name: str, factor
     """One field of all messages of one type, in the unit that the file names; shape (n,)."""
     layout = form.layout()
     fields = layout.fields
-    assert fields is not None  # a record has fields
+    assert fields is not None  # a declared type has fields
     dtype, start = fields[name][:2]
     values = _gathered(raw, here, _HEAD_LENGTH + start, dtype.itemsize).view(dtype).ravel()
     divisor = _LETTERS[form.letters[form.fields.index(name)]][1]
@@ -285,7 +285,7 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     skipped, over = lost
     notes = []
     kinds = np.flatnonzero(unknown)
-    # In damaged bytes a header may stand by chance; a type that was logged and never described comes again and again.
+    # In damaged bytes a header may occur by chance; an undeclared type that was logged occurs repeatedly.
     if kinds.size and int(unknown.sum()) >= 2:
         named = ", ".join(f"{kind} ({unknown[kind]} times)" for kind in kinds[:8])
         notes.append(
@@ -294,7 +294,7 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
     elif skipped:
         notes.append(f"{skipped} of {size} bytes are damaged and skipped; {messages} messages are read")
     if over > 0:
-        # Counted behind the message's header, as the format's reference library does.
+        # Counted from the end of the message's header, as in the format's reference library.
         behind = max(0, over - _HEAD_LENGTH)
         notes.append(f"the file ends inside a message ({behind} bytes over); the complete part is read")
     if unsound:
@@ -303,7 +303,7 @@ def _notes(lost: tuple[int, int], unknown: IntArray, messages: int, size: int, u
 
 
 def finished_recording(form: str, streams: list[Stream], counts: dict[str, int], notes: list[str]) -> Recording:
-    """The parts common to binary and text: what was dropped, absolute time, the recorder's starts."""
+    """The parts common to binary and text: dropped messages, absolute time, the recorder's restarts."""
     dropped = [stream for stream in streams if stream.name == "DSF" and "Dp" in stream.columns]
     if dropped:
         lost = int(np.max(dropped[0].columns["Dp"].load(), initial=0))
@@ -330,7 +330,7 @@ def _utc_of_zero(streams: list[Stream]) -> datetime | None:
 
 
 def _gps_seconds(stream: Stream) -> FloatArray | None:
-    """Seconds of the GPS week, from whichever field holds them; None where none does."""
+    """Seconds of the GPS week, from the field that contains them; None where none does."""
     if "GMS" in stream.columns:
         milliseconds = stream.columns["GMS"]
         return milliseconds.load() * (1e-3 if milliseconds.unit in (None, "ms") else 1.0)

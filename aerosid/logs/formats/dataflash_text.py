@@ -1,4 +1,4 @@
-"""ArduPilot DataFlash logs in text form (.log): lines of described messages."""
+"""ArduPilot DataFlash logs in text form (.log): lines of declared messages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from aerosid.logs.formats.dataflash import (
 from aerosid.logs.recording import TICKS, Clock, Column, FloatArray, IntArray, Recording, Stream, column
 
 _LAST_STAMP = 2.0**53
-"""Numerical: largest stamp, in its unit; doubles hold no whole numbers beyond."""
+"""Numerical: largest stamp, in its unit; beyond, doubles do not represent every integer."""
 
 
 def read_dataflash_text(data: bytes, path: str) -> Recording:
@@ -28,7 +28,7 @@ def read_dataflash_text(data: bytes, path: str) -> Recording:
     Raises
     ------
     LogError
-        If no message in it is described.
+        If it contains no message of a declared type.
     """
     formats: dict[bytes, MessageFormat] = {}
     lines: dict[bytes, list[bytes]] = {}
@@ -53,12 +53,12 @@ def read_dataflash_text(data: bytes, path: str) -> Recording:
         for stream in _text_stream(formats[name], held, np.array(places[name]))
     ]
     counts = {name.decode("latin-1"): len(held) for name, held in lines.items()}
-    notes = [f"{unread} lines are no described message and not read"] if unread else []
+    notes = [f"{unread} lines are not messages of a declared type and are skipped"] if unread else []
     return finished_recording("dataflash_text", streams, counts, notes)
 
 
 def _text_format(line: bytes) -> MessageFormat | None:
-    """What a line `FMT, type, length, name, letters, fields...` says; None where it says nothing."""
+    """The declaration in a line `FMT, type, length, name, letters, fields...`; None where it is not one."""
     words = [word.strip() for word in line.decode("latin-1").split(",")]
     if len(words) < len(FMT_FIELDS) or not (words[1].isdigit() and words[2].isdigit()):
         return None
@@ -70,7 +70,7 @@ def _text_stream(form: MessageFormat, lines: list[bytes], order: IntArray) -> It
     if not stamps or len(set(form.fields)) < len(form.fields):
         return
     held = dict(zip(form.fields, _numbers(lines), strict=True))
-    # A line whose stamp is damaged has no place in time.
+    # A line whose stamp is damaged cannot be placed in time.
     sound = np.all([np.abs(held[name]) < _LAST_STAMP for name in stamps], axis=0)
     clocks = [Clock(name, held[name][sound].astype(np.int64), TICKS[unit]) for name, unit in stamps.items()]
     columns: dict[str, Column] = {
@@ -83,7 +83,7 @@ def _text_stream(form: MessageFormat, lines: list[bytes], order: IntArray) -> It
 
 
 def _numbers(lines: list[bytes]) -> list[FloatArray]:
-    """Each field behind the message's name as numbers, NaN where it is none."""
+    """Each field after the message's name as numbers, NaN where it is not a number."""
     import pandas as pd
 
     text = io.BytesIO(b"\n".join(lines))

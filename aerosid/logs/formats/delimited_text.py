@@ -1,4 +1,4 @@
-"""Tables of text with words in them, as avionics and simulators write: clocks, enumerations, two rows of names."""
+"""Tables of text that contain words, as avionics and simulators write: clocks, enumerations, two rows of names."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _DELIMITERS = (",", ";", "\t", "|")
-# A number in brackets is an element of an array and no unit.
+# A number in brackets is the element of an array, not a unit.
 _NAME_WITH_UNIT = re.compile(r"(.*\S)\s*[\[(]\s*(?!\d+\s*[\])])([^\[\]()]*?)\s*[\])]")
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _HEADER_LIMIT = 200
-"""Format: lines before the first row of data at most."""
+"""Format: maximum number of lines before the first row of data."""
 
 _LOOKED_AT = 40
-"""Format: rows that tell the mark of decimals."""
+"""Format: rows from which the decimal mark is determined."""
 
 _TIME_NAMES = ("time", "t", "timestamp", "elapsed time", "real,_time", "t_s", "time_s")
-_MICROSECONDS = "timestamp"  # PX4's tools write this column in us, and no unit
+_MICROSECONDS = "timestamp"  # PX4's tools write this column in us, without a unit
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a map says of a table of text; what it leaves out is told from the file itself.
+    """Layout of a table of text, from the channel map; what is not given is determined from the file.
 
     Attributes
     ----------
     delimiter : str or None
-        Between the fields; one character.
+        Separator of the fields; one character.
     decimal : str or None
-        Mark of decimals, `.` or `,`.
+        Decimal mark, `.` or `,`.
     names_line : int or None
-        The line, from 1, that holds the names; data follow after it.
+        The line, from 1, with the names; data follow after it.
     """
 
     delimiter: str | None = None
@@ -55,7 +55,7 @@ class Dialect:
 
 @dataclass
 class _Header:
-    """Names, units and further names of each column."""
+    """Names, units and alternative names of each column."""
 
     names: list[str] = field(default_factory=list)
     units: list[str | None] = field(default_factory=list)
@@ -63,16 +63,16 @@ class _Header:
 
 
 def read_delimited_text(data: bytes, path: str, dialect: Dialect | None = None) -> Recording:
-    """The columns of a table of text, its clock times and dates as stamps.
+    """The columns of a table of text, with its clock times and dates as stamps.
 
     Parameters
     ----------
     data : bytes
-        The file's content, UTF-8 or Latin-1.
+        The file's contents, UTF-8 or Latin-1.
     path : str
         The file, for messages.
     dialect : Dialect, optional
-        What is known of the file.
+        Known properties of the file.
 
     Raises
     ------
@@ -82,8 +82,8 @@ def read_delimited_text(data: bytes, path: str, dialect: Dialect | None = None) 
     Notes
     -----
     The row of names is the last one before the data that has as many fields, or the one before that where it names
-    units too; a row behind `#` holds units. Each column goes by its name, by its whole header (`V [m/s]`) and by what a
-    second row of names says. A field that is no number is a missing sample.
+    units too; a row after `#` contains units. A column is found by its name, by its whole header (`V [m/s]`) and by the
+    name in a second row of names. A field that is not a number is a missing sample.
     """
     dialect = dialect or Dialect()
     lines = _lines(data, path)
@@ -94,7 +94,7 @@ def read_delimited_text(data: bytes, path: str, dialect: Dialect | None = None) 
     width = Counter(line.count(delimiter) + 1 for line in rows[: 4 * _LOOKED_AT]).most_common(1)[0][0]
     notes = []
     if rows[-1].count(delimiter) + 1 < width and len(rows) > 1:
-        # What stands behind its last separator may be half a number.
+        # The field after its last separator may be a truncated number.
         rows[-1] = rows[-1][: rows[-1].rfind(delimiter) + 1]
         notes.append("the file ends inside its last line: the recording was cut off; its complete part is read")
     frame = _frame(rows, delimiter, width)
@@ -112,7 +112,7 @@ def _lines(data: bytes, path: str) -> list[str]:
     if not data.strip():
         raise LogError(f"{path}: the file is empty; record again or copy it again.")
     if b"\0" in data:
-        raise LogError(f"{path}: byte {data.index(0) + 1} is zero, so this is no text; name its format in a map.")
+        raise LogError(f"{path}: byte {data.index(0) + 1} is zero, so this is not text; name its format in a map.")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -133,7 +133,7 @@ def _layout(lines: list[str], dialect: Dialect) -> tuple[str, int | None]:
         if first is not None and first < len(lines):
             width = len(_fields(lines[first], delimiter))
             named = any(abs(len(_fields(line, delimiter)) - width) <= 1 for line in lines[max(first - 2, 0) : first])
-            # A comma may be the mark of decimals; the others stand in no number.
+            # A comma may be the decimal mark; the others do not occur in numbers.
             worth = (named and width > 2, delimiter != ",", width)
             if best is None or worth > best[0]:
                 best = (worth, delimiter, first)
@@ -161,7 +161,7 @@ def _is_number(word: str) -> bool:
 
 
 def _frame(rows: list[str], delimiter: str, width: int) -> pd.DataFrame:
-    """The rows as words, shape (N, width); what a row has more than the others is cut off."""
+    """The rows as words, shape (N, width); surplus fields of a row are cut off."""
     import pandas as pd
 
     return pd.read_csv(
@@ -186,7 +186,7 @@ def _header(lines: list[str], delimiter: str, width: int) -> _Header:
     rows: list[tuple[bool, list[str]]] = []
     for line in reversed(lines):
         fields = _fields(line.lstrip("#% "), delimiter)
-        # A data row often ends in a separator that its header lacks, or the other way round.
+        # A data row often ends in a separator that its header lacks, or vice versa.
         if abs(len(fields) - width) > 1 or len(rows) == 2:
             break
         rows.insert(0, (line.lstrip().startswith(("#", "%")), [*fields, ""][:width]))
@@ -218,7 +218,7 @@ def _filled(names: list[str], units: list[str] | None, second: list[str] | None)
 
 
 def _decimal(frame: pd.DataFrame, delimiter: str) -> str:
-    """A comma where fields hold one that does not separate them."""
+    """The decimal mark: a comma where fields contain one that is not the separator, else a point."""
     if delimiter == ",":
         return "."
     words = frame.head(_LOOKED_AT).to_numpy().ravel()
@@ -228,7 +228,7 @@ def _decimal(frame: pd.DataFrame, delimiter: str) -> str:
 
 
 def _numbers(words: pd.Series[str], decimal: str) -> AnyArray:
-    """The column's numbers; NaN where a field holds none."""
+    """The column's numbers; NaN where a field is not a number."""
     import pandas as pd
 
     if decimal == ",":
@@ -238,7 +238,7 @@ def _numbers(words: pd.Series[str], decimal: str) -> AnyArray:
 
 
 def _clocks(frame: pd.DataFrame, header: _Header, columns: dict[str, Column]) -> tuple[Clock, ...]:
-    """Stamps from columns of clock times, with the date beside them, or from a column named time."""
+    """Stamps from columns of clock times, combined with the date, or from a column named time."""
     clocks: list[Clock] = []
     date = next((i for i in range(frame.shape[1]) if looks_like_date(str(frame.iat[0, i]))), None)
     dates = None if date is None else [str(word) for word in frame.iloc[:, date]]
@@ -254,12 +254,12 @@ def _clocks(frame: pd.DataFrame, header: _Header, columns: dict[str, Column]) ->
 
 
 def numeric_clocks(columns: Mapping[str, Column]) -> tuple[Clock, ...]:
-    """Stamps from columns of numbers that are named as time is.
+    """Stamps from numeric columns whose names denote time.
 
     Parameters
     ----------
     columns : mapping of str to Column
-        Of one table.
+        Of a single table.
     """
     named = [(name, one) for name, one in columns.items() if name.lower() in _TIME_NAMES]
     return tuple(clock for name, one in named for clock in _numeric_clock(name, one.unit, one))

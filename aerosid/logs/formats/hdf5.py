@@ -1,4 +1,4 @@
-"""HDF5 and MATLAB 7.3 (.mat, -v7.3), through h5py: every data set of numbers by its path."""
+"""HDF5 and MATLAB 7.3 (.mat, -v7.3), through h5py: every numeric data set by its path."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ MAGIC = b"\x89HDF\r\n\x1a\n"
 MATLAB_MAGIC = b"MATLAB 7.3"
 _MATLAB_TEXT = b"char"
 _MOST_COLUMNS = 256
-"""Format: columns of one matrix at most: beyond, it is a picture or a field and no set of channels."""
+"""Format: maximum number of columns of one matrix: beyond, it is an image or a field, not a set of channels."""
 
 
 def read_hdf5(data: bytes, path: str) -> Recording:
-    """The data sets of numbers of an HDF5 file, those of one length together.
+    """The numeric data sets of an HDF5 file, grouped by length.
 
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
-    LogError
+    If the file cannot be read as HDF5, or contains no numbers.
         If the file cannot be read as HDF5, or holds no numbers.
 
     Notes
     -----
     A vector is named by its path (`flight/alpha`), a matrix's columns by `path[0]` ... . MATLAB stores matrices
-    transposed, text as uint16, and a cell array as references: text and references are no channels. HDF5 says of no
-    data set that it is time; the channel map does.
+    transposed, text as uint16, and a cell array as references: text and references are no channels. HDF5 does not
+    mark a data set as time; the channel map does.
     """
     h5py = library("h5py", path)
     try:
@@ -63,7 +63,7 @@ def read_hdf5(data: bytes, path: str) -> Recording:
 
 
 def _datasets(h5py: Any, group: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Every data set with its path; MATLAB's own book-keeping, whose groups begin with #, aside."""
+    """Every data set with its path, except MATLAB's internal groups, whose names begin with #."""
     for name, item in group.items():
         if name.startswith("#"):
             continue
@@ -84,7 +84,7 @@ def _columns(name: str, dataset: Any, path: str, *, transposed: bool) -> Iterato
     if len(shape) == 1 or min(shape) == 1:
         yield name, max(shape), guarded(partial(_load, dataset, None, 0), path, name, unit)
         return
-    # Samples run down MATLAB's rows, which are this file's columns; elsewhere along the longer side.
+    # Samples are along MATLAB's rows, which are this file's columns; otherwise along the longer side.
     along = 1 if transposed else int(shape[1] > shape[0])
     width = shape[1 - along]
     if width <= _MOST_COLUMNS:

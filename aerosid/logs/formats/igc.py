@@ -13,37 +13,37 @@ from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import TICKS, Clock, Recording, Stream, column
 
 _DAY = 86_400_000
-"""Standard: ms of a day."""
+"""Standard: ms in a day."""
 
 _UNITS = {"lat": "deg", "lon": "deg", "pressure_alt": "m", "gps_alt": "m"}
 _NOT_NUMBERS = ("time", "validity", "datetime", "datetime_local")
 
 
 def read_igc(data: bytes, path: str) -> Recording:
-    """The fixes of an IGC file, with what its extensions add to each.
+    """The fixes of an IGC file, with the values of its extensions.
 
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If aerofiles is not installed, or no line holds a fix.
+        If aerofiles is not installed, or no line contains a fix.
 
     Notes
     -----
     Stamps are UTC, ms since 1970 where the file gives its date (`HFDTE`, old or new spelling), else of the day; a step
-    back by more than half a day is midnight. The extensions' numbers are as written: what unit a TAS has, the file
-    does not say.
+    back by more than half a day is midnight. The extensions' numbers are as written: the file does not give the unit
+    of a TAS.
     """
     reader = library("aerofiles.igc", path)
     try:
         parsed = reader.Reader(skip_duplicates=False).read(io.StringIO(data.decode("latin-1")))
-    except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead aerofiles to
+    except Exception as error:  # noqa: BLE001  damaged bytes can raise any exception in aerofiles
         detail = " ".join(str(error).split())[:80] or type(error).__name__
         raise LogError(f"{path}: the IGC file is damaged ({detail}); copy it again from the recorder.") from None
     wrong, fixes = parsed["fix_records"]

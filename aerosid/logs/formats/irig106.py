@@ -26,7 +26,7 @@ _WORD = 4
 
 @dataclass
 class _Collected:
-    """What the packets of one channel held."""
+    """The packets of one channel."""
 
     kind: str
     stamps: list[int] = field(default_factory=list)
@@ -34,26 +34,26 @@ class _Collected:
 
 
 def read_irig106(data: bytes, path: str) -> Recording:
-    """The messages of a chapter 10 file on the recorder's relative time counter, one stream a channel.
+    """The messages of a chapter 10 file on the recorder's relative time counter, one stream per channel.
 
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If pychapter10 is not installed, or the file holds no packet.
+        If pychapter10 is not installed, or the file contains no packet.
 
     Notes
     -----
     Read are discretes (`bits`, and each bit by itself), ARINC 429 words (`word`, the label in its low eight bits) and
-    MIL-STD-1553 messages (`command`, the command word): what a word means is written in no packet, a decoder of the
-    aircraft's own comes first. Packets of different channels need not be in the order of time. Time packets give the
-    day of the year and no year, so absolute time is not claimed.
+    MIL-STD-1553 messages (`command`, the command word). The meaning of a word is in no packet: the aircraft's own
+    decoder has to be applied first. Packets of different channels need not be in order of time. Time packets give the
+    day of the year without the year, so no absolute time is stated.
     """
     chapter10 = library("chapter10", path)
     channels: dict[str, _Collected] = {}
@@ -71,7 +71,7 @@ def read_irig106(data: bytes, path: str) -> Recording:
                 time_packets.append((int(packet.rtc), packet.time))
             elif (reader := _READERS.get(kind)) is not None:
                 reader(packet, channels.setdefault(label, _Collected(kind)))
-    except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead pychapter10 to
+    except Exception as error:  # noqa: BLE001  damaged bytes can raise any exception in pychapter10
         stopped = " ".join(str(error).split())[:80] or type(error).__name__
     if not packets.stamps:
         raise LogError(f"{path}: no chapter 10 packet was found; check that this is the right file.")
@@ -89,7 +89,7 @@ def read_irig106(data: bytes, path: str) -> Recording:
 
 
 def _drift(packets: list[tuple[int, datetime]]) -> str:
-    """How the counter runs against the time packets: slope of a straight line."""
+    """Rate of the counter relative to the time packets: slope of a straight line."""
     zero = packets[0][1].replace(tzinfo=UTC)
     absolute = np.array([(moment.replace(tzinfo=UTC) - zero) / timedelta(seconds=1) for _, moment in packets])
     counter = (np.array([count for count, _ in packets]) - packets[0][0]) * TICK
@@ -104,7 +104,7 @@ def _discrete(packet: Any, into: _Collected) -> None:
 
 
 def _arinc429(packet: Any, into: _Collected) -> None:
-    """Gap times count from the word before, of any bus, the packet's own stamp first."""
+    """Times of messages from gap times, which count from the preceding word of any bus, after the packet's stamp."""
     now = int(packet.rtc)
     for message in packet:
         now += int(message.gap_time)

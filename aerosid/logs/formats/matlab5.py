@@ -1,4 +1,4 @@
-"""MATLAB 5 to 7 .mat files: one matrix, a struct, or one variable a channel."""
+"""MATLAB 5 to 7 .mat files: one matrix, a struct, or one variable per channel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aerosid.logs.formats.matlab5_elements import check_elements
 from aerosid.logs.formats.table import FloatArray, RawTable
 
 _DEEPEST = 6
-"""Format: nested structs at most: beyond, it is no log."""
+"""Format: maximum depth of nested structs: beyond, it is not a log."""
 
 
 def read_matlab5(data: bytes, path: str) -> RawTable:
@@ -23,19 +23,19 @@ def read_matlab5(data: bytes, path: str) -> RawTable:
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If the file cannot be read as MATLAB 5 to 7, or holds no channels.
+        If the file cannot be read as MATLAB 5 to 7, or contains no channels.
 
     Notes
     -----
-    A struct's fields are named `field`, those of several structs `struct.field`. Matrices lie with samples down the
-    rows unless they have more columns than rows.
+    A struct's fields are named `field`, those of several structs `struct.field`. Samples are along the rows of a matrix
+    unless it has more columns than rows.
     """
     variables = _load(data, path)
     arrays = list(_numeric(variables, "", 0))
@@ -81,14 +81,14 @@ def _load(data: bytes, path: str) -> dict[str, object]:
         raise LogError(f"{path}: the file is empty; record again or copy it again.")
     if data[:8] == b"\x89HDF\r\n\x1a\n" or data[:10] == b"MATLAB 7.3":
         raise LogError(f"{path}: this is a MATLAB 7.3 (HDF5) file, but MATLAB 5 to 7 was expected; save it with `-v7`.")
-    # A version-5 file says so in its first 128 bytes; anything else would be tried as version 4 at any price.
+    # A version-5 file is marked in its first 128 bytes; scipy would read any other bytes as version 4.
     if not data.startswith(b"MATLAB 5"):
         raise LogError(f"{path}: the file does not start with a MATLAB 5 header; save it from MATLAB with `-v7`.")
     try:
         check_elements(data)
-        # The stubs forget that an open file will do.
+        # The stubs do not declare that an open file is accepted.
         loaded = scipy.io.loadmat(cast(Any, io.BytesIO(data)))
-    except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead scipy to
+    except Exception as error:  # noqa: BLE001  damaged bytes can raise any exception in scipy
         detail = " ".join(str(error).split())[:80]
         raise LogError(f"{path}: the MATLAB file is damaged or truncated ({detail}); copy or save it again.") from None
     return {name: value for name, value in loaded.items() if not name.startswith("__")}

@@ -1,4 +1,4 @@
-"""Bounds check of a MATLAB 5 file's data elements, before a library follows their lengths into memory."""
+"""Bounds check of a MATLAB 5 file's data elements, before scipy follows their lengths outside the file's memory."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _HEADER = 128
 """Format: bytes of the file's header."""
 
 _MATRIX, _COMPRESSED = 14, 15
-"""Format: types of elements that hold an array, or others compressed."""
+"""Format: types of elements that contain an array, or compressed elements."""
 
 # Bytes of one number by the element's type: miINT8 to miUTF32 of the MAT-File Format.
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
@@ -25,14 +25,14 @@ _WITHOUT_SIZES = (16, 17)
 """Format: classes of functions and of objects of newer kind."""
 
 _DEEPEST = 50
-"""Format: arrays within arrays at most."""
+"""Format: maximum depth of arrays within arrays."""
 
 _LONGEST = 2**28
-"""Format: values of one array at most."""
+"""Format: maximum number of values of one array."""
 
 
 class DamagedElement(ValueError):
-    """An element that contradicts its own tag or those around it; the message is a clause."""
+    """An element inconsistent with its own tag or with its neighbours; the message is a clause."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class _Element:
 
 
 def check_elements(data: bytes) -> None:
-    """Nothing, where every element lies within the one that holds it and an array's sizes agree with what it holds.
+    """None; checks that every element lies within its parent and an array's sizes agree with its data.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def check_elements(data: bytes) -> None:
 
 
 def _element(data: bytes, place: int, order: Literal["little", "big"]) -> _Element:
-    """The element at a place; small ones hold type, length and up to four bytes in eight."""
+    """The element at an offset; small elements have type, length and up to four bytes in eight."""
     if place + 8 > len(data):
         raise DamagedElement("it ends inside an element")
     word = int.from_bytes(data[place : place + 4], order)
@@ -102,7 +102,7 @@ def _numbers(element: _Element, order: Literal["little", "big"]) -> list[int]:
 
 
 def _check_array(element: _Element, order: Literal["little", "big"], depth: int) -> None:
-    """One array: its flags, sizes and name, and what its class asks for."""
+    """One array: its flags, sizes and name, and the data required by its class."""
     if element.kind != _MATRIX or depth > _DEEPEST:
         raise DamagedElement("an array was expected")
     body = element.body
@@ -152,7 +152,7 @@ def _check_array(element: _Element, order: Literal["little", "big"], depth: int)
 
 
 def _check_parts(body: bytes, place: int, order: Literal["little", "big"], depth: int) -> None:
-    """What a sparse array, an object or a function holds, which is no channel: elements one after the other."""
+    """Checks the elements of a sparse array, an object or a function, one after the other; they are no channels."""
     while place < len(body):
         part = _element(body, place, order)
         if part.kind == _MATRIX:

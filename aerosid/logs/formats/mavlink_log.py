@@ -15,43 +15,43 @@ from aerosid.logs.recording import TICKS, AnyArray, Clock, Column, IntArray, Rec
 from aerosid.logs.settings import READING
 from aerosid.logs.stamps import boot_numbers
 
-_DIALECT = "pymavlink.dialects.v20.ardupilotmega"  # holds the common messages and the autopilots' own
+_DIALECT = "pymavlink.dialects.v20.ardupilotmega"  # includes the common messages and the autopilots' own
 _STAMP = 8
-"""Format: bytes before each message: us since 1970, big-endian."""
+"""Format: bytes of the stamp before each message: us since 1970, big-endian."""
 
 _LONGEST = 255
-"""Format: bytes of a payload at most."""
+"""Format: maximum number of bytes of a payload."""
 
 _TYPES = {
     "int8_t": "<i1", "uint8_t": "<u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "char": "S1",
 }  # fmt: skip
-# Units as pymavlink's definitions write them, as this package reads them.
+# Units as written in pymavlink's definitions, and as this package reads them.
 _UNITS = {"degE7": "1e-7 deg", "cdeg": "cdeg", "rad/s": "rad/s", "mrad/s": "mrad/s", "mG": "mg", "degC": "degC"}
 # Stamps in the messages, of the aircraft's own clock since its start; time_usec may also count since 1970.
 _OWN = {"time_boot_ms": "ms", "time_usec": "us"}
 
 
 def read_tlog(data: bytes, path: str) -> Recording:
-    """The messages of a telemetry log, one stream a message and sender.
+    """The messages of a telemetry log, one stream per message and sender.
 
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If pymavlink is not installed, or no whole message is found.
+        If pymavlink is not installed, or no complete message is found.
 
     Notes
     -----
-    A message counts where its checksum is right (X.25 with the definition's seed,
-    https://mavlink.io/en/guide/serialization.html). The stamps of the file are the ground station's, taken on
-    arrival; the aircraft's own stamp is first wherever a message carries it, or else the last one before the message.
+    A message is valid where its checksum is right (X.25 with the definition's seed,
+    https://mavlink.io/en/guide/serialization.html). The stamps of the file are the ground station's, on arrival; the
+    aircraft's own stamp comes first where a message has one, otherwise the last one before the message.
     """
     dialect = library(_DIALECT, path)
     table = dialect.mavlink_map
@@ -75,7 +75,7 @@ def read_tlog(data: bytes, path: str) -> Recording:
             streams.append(_stream(raw, found, mine, arrival, message, int(sender), vehicle))
     notes = []
     if skipped:
-        notes.append(f"{skipped} of {raw.size} bytes are no message and skipped")
+        notes.append(f"{skipped} of {raw.size} bytes do not belong to a message and are skipped")
     if over:
         notes.append(f"the file ends inside a message ({over} bytes over); the complete part is read")
     streams = boot_numbers(_on_own_clock(streams), clocks=tuple(_OWN))
@@ -91,7 +91,7 @@ def read_tlog(data: bytes, path: str) -> Recording:
 
 @njit
 def _index(raw: AnyArray, seeds: IntArray, found: IntArray) -> tuple[int, int, int]:
-    """Rows (place, start of payload, its length, message, sender); their number, bytes skipped, bytes over."""
+    """Rows (offset, start of payload, its length, message, sender); their number, bytes skipped, bytes left."""
     count, skipped, place, size = 0, 0, 0, raw.size
     while place + 17 <= size:
         mark = raw[place + 8]
@@ -192,7 +192,7 @@ def _field(
     name: str,
     index: int | None,
 ) -> AnyArray:
-    """One field of all messages of a stream; version 2 leaves zeros at a payload's end away; shape (n,)."""
+    """One field of all messages of a stream; version 2 omits zeros at the end of a payload; shape (n,)."""
     kind, place, _ = layout[name]
     size = np.dtype(kind).itemsize
     place += size * (index or 0)
@@ -204,14 +204,14 @@ def _field(
 
 
 def _on_own_clock(streams: list[Stream]) -> list[Stream]:
-    """Messages of the aircraft without a stamp of their own take the last one before them."""
+    """Stamps of the aircraft's messages without one of their own: the last one before them."""
     stamped = [s for s in streams if s.order is not None and s.clocks[0].name in _OWN and ":" not in s.name]
     if not stamped:
         return streams
     order = np.concatenate([s.order for s in stamped if s.order is not None])
     seconds = np.concatenate([s.clocks[0].seconds() for s in stamped])
     rank = np.argsort(order, kind="stable")
-    # A message that was never sent by its source carries 0.
+    # A message whose source is not running is sent with stamp 0.
     rank = rank[seconds[rank] > 0.0]
     order, seconds = order[rank], seconds[rank]
     moved = []

@@ -1,4 +1,4 @@
-"""ASAM MDF 4 (.mf4), through asammdf: each channel group with its own stamps, samples read when wanted."""
+"""ASAM MDF 4 (.mf4), through asammdf: each channel group with its own stamps, samples read on demand."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from aerosid.logs.recording import AnyArray, Clock, Column, Recording, Stream
 
 MAGIC = (b"MDF     ", b"UnFinMF ")
 _MASTER = (2, 3)
-"""Format: types of channels that hold stamps."""
+"""Format: types of channels that contain stamps."""
 
 _NUMBER_TYPES = range(6)  # integers and floats of both byte orders; text and byte arrays have higher numbers
 _FRAMES = "CAN_DataFrame"
 
 
 def read_mdf4(data: bytes, path: str) -> Recording:
-    """The channel groups of an MDF 4 file, each on its own raster; none is brought to another's.
+    """The channel groups of an MDF 4 file, each on its own raster, without resampling.
 
     Parameters
     ----------
     data : bytes
-        The file's content; the file itself is never written, an unfinalised one is finished in memory.
+        The file's contents; the file itself is never written, an unfinalised one is completed in memory.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If asammdf is not installed, the file is damaged, or it holds frames of a bus and no signals.
+        If asammdf is not installed, the file is damaged, or it contains bus frames and no signals.
     """
     asammdf = library("asammdf", path)
     if not data.startswith(MAGIC):
@@ -68,16 +68,16 @@ def read_mdf4(data: bytes, path: str) -> Recording:
 
 
 def _opened(asammdf: Any, data: bytes) -> tuple[Any, str]:
-    """The file, or None and what asammdf says.
+    """The file, or None and the error message of asammdf.
 
-    A half-made object of asammdf raises once more when it is deleted, out of reach of `except`: it is deleted in here,
-    while nobody listens.
+    A partly constructed object of asammdf raises again in its destructor, where `except` cannot catch it: it is deleted
+    in here, while unraisable exceptions are ignored.
     """
     listening = sys.unraisablehook
     sys.unraisablehook = lambda unraisable: None  # noqa: ARG005
     try:
         return asammdf.MDF(io.BytesIO(data)), ""
-    except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead asammdf to
+    except Exception as error:  # noqa: BLE001  damaged bytes can raise any exception in asammdf
         failed = " ".join(str(error).split())[:80] or type(error).__name__
     finally:
         gc.collect()
@@ -115,7 +115,7 @@ def _unit(channel: Any) -> str | None:
 
 
 def _load(file: Any, group: int, at: int) -> AnyArray:
-    """The samples as measured, brought to the unit by the file's own rule; text in their place is missing."""
+    """The samples in physical units by the file's own conversion; text among them is missing."""
     with contextlib.redirect_stdout(io.StringIO()):
         values = np.asarray(file.get(group=group, index=at).samples)
     if values.dtype.kind not in "fiub" or values.ndim != 1:

@@ -1,4 +1,4 @@
-"""Optional libraries of formats: imported when a file needs one, and one sentence where it is not installed."""
+"""Optional libraries of formats: imported on demand, with a one-sentence error where one is not installed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from types import ModuleType
 
 from aerosid.errors import LogError
 
-# Module that is imported: the extra of aerosid that installs it.
+# Imported module: the extra of aerosid that installs it.
 EXTRAS = {
     "h5py": "hdf5",
     "pymavlink.dialects.v20.ardupilotmega": "mavlink",
@@ -16,7 +16,7 @@ EXTRAS = {
     "chapter10": "irig106",
     "aerofiles.igc": "igc",
 }
-# Extra: what it reads, in words.
+# Extra: the formats that it reads, in words.
 _READS = {
     "hdf5": "MATLAB 7.3 and HDF5",
     "mavlink": "MAVLink",
@@ -28,7 +28,7 @@ _READS = {
 
 
 def require_extra(extra: str, path: str) -> None:
-    """Nothing, where the library of an extra is installed: asked before anything else of such a file.
+    """None; checks first of all that the library of an extra is installed.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def require_extra(extra: str, path: str) -> None:
 
 
 def library(module: str, path: str) -> ModuleType:
-    """The module, imported now.
+    """The module, imported at the call.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ def read_native_csv(data: bytes, path: str) -> RawTable:
     Parameters
     ----------
     data : bytes
-        The file's content, UTF-8.
+        The file's contents, UTF-8.
     path : str
         The file, for messages.
 
@@ -38,7 +38,7 @@ def read_native_csv(data: bytes, path: str) -> RawTable:
 
 
 def looks_native(data: bytes) -> bool:
-    """Whether the first row that is no comment carries units in brackets."""
+    """Whether the first row that is not a comment gives units in brackets."""
     text = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r", b"\n")
     start, _ = _skip_comments(text)
     return _UNIT.search(text[start:].split(b"\n", 1)[0]) is not None

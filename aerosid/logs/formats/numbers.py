@@ -1,4 +1,4 @@
-"""Rows of text to numbers: fast where the file is in order, and naming the first bad line where it is not."""
+"""Rows of text to numbers: fast where the file is valid, with the first wrong line in the error where it is not."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from aerosid.errors import LogError
 from aerosid.logs.formats.table import FloatArray, shown
 
 _BLOCK = 20_000
-"""Numerical: lines that are converted at once."""
+"""Numerical: lines that are converted together."""
 
 _FEW = 100_000
-"""Numerical: fields, which take less time one by one than the import of pandas."""
+"""Numerical: number of fields below which parsing one by one takes less time than the import of pandas."""
 
 _MISSING = frozenset({"", "nan", "+nan", "-nan"})
 
 
 def decode_text(data: bytes, path: str) -> bytes:
-    """The file's bytes with plain line ends and no byte-order mark.
+    """The file's bytes with uniform line ends and no byte-order mark.
 
     Raises
     ------
     LogError
-        If the file is empty or holds bytes that no text file holds.
+        If the file is empty or contains bytes that do not occur in text files.
     """
     if not data.strip():
         raise LogError(f"{path}: the file is empty; record again or copy it again.")
@@ -41,16 +41,16 @@ def decode_text(data: bytes, path: str) -> bytes:
 
 
 def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, path: str) -> tuple[FloatArray, bool]:
-    """The rows of numbers in `body`, shape (N, width), and whether blank lines were skipped on the way.
+    """The rows of numbers in `body`, shape (N, width), and whether blank lines were skipped.
 
     Parameters
     ----------
     body : bytes
-        The rows, one a line.
+        The rows, one per line.
     delimiter : str or None
         One character, or None for runs of white space.
     width : int
-        Number of fields that each row must have.
+        Number of fields required in each row.
     first_line : int
         The line, from 1, in the file at which `body` starts; for messages.
     path : str
@@ -68,7 +68,7 @@ def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, 
     blanks = b"\n\n" in body or b"\n \n" in body
     if width * (body.count(b"\n") + 1) <= _FEW:
         return _parse_slowly(body, delimiter, width, first_line, path), blanks
-    # pandas fills short rows with missing samples; a truncated file must not pass for a gap in the recording.
+    # pandas fills short rows with missing samples; a truncated file must not look like a gap in the recording.
     even = delimiter is None or body.count(delimiter.encode()) == (width - 1) * (body.count(b"\n") + 1)
     values = _parse_fast(body, delimiter) if (even or blanks) and not _holds_words(body) else None
     if values is None or _suspicious(values, width, short_rows=blanks or delimiter is None):
@@ -77,14 +77,14 @@ def parse_rows(body: bytes, delimiter: str | None, width: int, first_line: int, 
 
 
 def _holds_words(body: bytes) -> bool:
-    """Whether True or FALSE may stand in it, which pandas takes for numbers; no number holds these letters."""
+    """Whether True or FALSE may occur, which pandas converts to numbers; no number contains these letters."""
     return any(letter in body for letter in (b"r", b"R", b"s", b"S"))
 
 
 def _suspicious(values: FloatArray, width: int, *, short_rows: bool) -> bool:
-    """Whether the fast parser may have passed over an infinite value or, where they were not counted, short rows.
+    """Whether the fast parser may have missed an infinite value or, where fields were not counted, short rows.
 
-    Rows that are too long it refuses itself, so that an even count of separators leaves none that is too short.
+    It refuses rows that are too long, so that a matching number of separators excludes short ones.
     """
     return (
         values.shape[1] != width or bool(np.isinf(values).any()) or (short_rows and bool(np.isnan(values[:, -1]).any()))
@@ -92,7 +92,7 @@ def _suspicious(values: FloatArray, width: int, *, short_rows: bool) -> bool:
 
 
 def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, first_line: int, path: str) -> FloatArray:
-    """As `_parse_slowly`, which looks only at the blocks of lines that the fast parser cannot vouch for."""
+    """As `_parse_slowly`, applied only to the blocks of lines that the fast parser may have misread."""
     parts = []
     for start in range(0, len(lines), _BLOCK):
         block = lines[start : start + _BLOCK]
@@ -107,8 +107,8 @@ def _parse_by_blocks(lines: list[bytes], delimiter: str | None, width: int, firs
 
 
 def _parse_fast(body: bytes, delimiter: str | None) -> FloatArray | None:
-    """The numbers by pandas' compiled parser, or None where anything in them is not a number."""
-    import pandas as pd  # late: a short log is read without it
+    """The numbers by pandas' compiled parser, or None where any field is not a number."""
+    import pandas as pd  # not at the top: a short log is read without it
 
     try:
         frame = pd.read_csv(
@@ -152,7 +152,7 @@ def _number(field: str, line: int, column: int, path: str) -> float:
     if text.lower() in _MISSING:
         return math.nan
     try:
-        # Python also takes 1_000 for a number; no recorder writes that.
+        # Python also accepts 1_000 as a number; no recorder writes that.
         value = math.nan if "_" in text else float(text)
     except ValueError:
         value = math.nan

@@ -1,4 +1,4 @@
-"""A number with its unit as a person writes it, `12 deg`, `180 kt`, `5.2 ft`, in the unit that is wanted."""
+"""A number with its unit as text, `12 deg`, `180 kt`, `5.2 ft`, converted to a wanted unit."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from aerosid.logs.formats.units import UnitProblem, conversion
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _LONGEST = 80
-"""Format: characters of a quantity at most."""
+"""Format: maximum number of characters of a quantity."""
 
 
 def read_quantity(text: str, wanted: str) -> float:
-    """The number in the wanted unit; a bare number is in it already.
+    """The number in the wanted unit; a bare number is in that unit already.
 
     Parameters
     ----------
     text : str
-        A number, and a unit behind it where that is another one.
+        A number, followed by its unit where that is another one.
     wanted : str
         The unit of the result, such as rad, m/s, kg m^2.
 
     Raises
     ------
     UnitProblem
-        Where there is no finite number, or the unit is not known or of another dimension.
+        Where there is no finite number, or the unit is unknown or of another dimension.
     """
     matched = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if matched is None:
-        raise UnitProblem(f"is no number with a unit, but one such as `1.5 {wanted}` was expected")
+        raise UnitProblem(f"is not a number with a unit; one such as `1.5 {wanted}` was expected")
     value, unit = float(matched[1]), matched[2]
     if unit:
         factor, shift = conversion(unit, wanted)

@@ -1,4 +1,4 @@
-"""Raw table of a reader: the file's columns as numbers, with their names and units as far as the file tells."""
+"""Raw table of a reader: the file's columns as numbers, with their names and units where the file gives them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RawTable:
-    """Columns as recorded, before names, signs and units are given their meaning.
+    """Columns as recorded, before names, signs and units are interpreted.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class RawTable:
     first_line: int | None = None
 
     def row_label(self, row: int) -> str:
-        """Where a row stands in the file, for messages: `line 12`, or `sample 11` where lines are not known."""
+        """Location of a row in the file, for messages: `line 12`, or `sample 11` where lines are not known."""
         return f"sample {row + 1}" if self.first_line is None else f"line {self.first_line + row}"
 
 

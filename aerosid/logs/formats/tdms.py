@@ -1,4 +1,4 @@
-"""LabVIEW TDMS (.tdms), through npTDMS: each channel by `group/channel`, on its own start and rate."""
+"""LabVIEW TDMS (.tdms), through npTDMS: each channel as `group/channel`, with its own start and rate."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from aerosid.logs.formats.missing_library import library
 from aerosid.logs.recording import AnyArray, Clock, Recording, Stream
 
 MAGIC = b"TDSm"
-_NO_START = np.datetime64("1904-01-02")  # LabVIEW's zero: a channel that says so says nothing
+_NO_START = np.datetime64("1904-01-02")  # LabVIEW's zero: the channel has no start time
 
 
 def read_tdms(data: bytes, path: str) -> Recording:
-    """The channels of a TDMS file that hold numbers.
+    """The numeric channels of a TDMS file.
 
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If npTDMS is not installed, or the file cannot be read or holds no channel of numbers.
+        If npTDMS is not installed, or the file cannot be read or contains no numeric channel.
 
     Notes
     -----
-    Channels of one group, length, start and rate are one stream. A channel whose properties name no rate
-    (`wf_increment`) has no clock: the map gives it, it is not guessed.
+    Channels of equal group, length, start and rate form one stream. A channel without a rate among its properties
+    (`wf_increment`) has no clock: the channel map has to give it, it is not guessed.
     """
     nptdms = library("nptdms", path)
     if not data.startswith(MAGIC):
@@ -48,7 +48,7 @@ def read_tdms(data: bytes, path: str) -> Recording:
         try:
             file = nptdms.TdmsFile.open(io.BytesIO(data))
             channels = [channel for group in file.groups() for channel in group.channels() if len(channel)]
-        except Exception as error:  # noqa: BLE001  a damaged file raises whatever its wrong bytes lead npTDMS to
+        except Exception as error:  # noqa: BLE001  damaged bytes can raise any exception in npTDMS
             detail = " ".join(str(error).split())[:80] or type(error).__name__
             raise LogError(f"{path}: the TDMS file is damaged or truncated ({detail}); copy it again.") from None
     streams, start = _streams(channels, path)
@@ -62,7 +62,7 @@ def read_tdms(data: bytes, path: str) -> Recording:
 
 @contextmanager
 def _warnings_kept() -> Iterator[list[str]]:
-    """What npTDMS would write to stderr, as a list."""
+    """The warnings that npTDMS would write to stderr, as a list."""
     kept: list[str] = []
 
     class Keeper(logging.Handler):
@@ -82,7 +82,7 @@ def _warnings_kept() -> Iterator[list[str]]:
 
 
 def _lengths_differ(channels: list[Any]) -> bool:
-    """Whether channels of one group that were written together have unlike numbers of samples."""
+    """Whether channels of one group written together differ in their numbers of samples."""
     seen: dict[tuple[str, str], set[int]] = {}
     for channel in channels:
         rate = (channel.group_name, str(channel.properties.get("wf_increment")))

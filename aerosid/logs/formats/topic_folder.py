@@ -1,4 +1,4 @@
-"""A recording that is a folder of CSV files on one clock, one file a topic, as PX4's ulog2csv writes it."""
+"""A recording in a folder of CSV files on one clock, one file per topic, as written by PX4's ulog2csv."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TOPIC = re.compile(r"(?P<name>.+)_(?P<instance>\d+)")
 
 
 def topic_files(folder: Path) -> list[Path]:
-    """The files of topics in a folder, by name; empty where it holds none."""
+    """The files of topics in a folder, by name; empty where there are none."""
     return sorted(path for path in folder.iterdir() if path.name.lower().endswith((".csv", ".csv.gz")))
 
 
@@ -36,11 +36,11 @@ def read_topic_folder(folder: Path) -> tuple[Recording, str]:
 
     Notes
     -----
-    `FLIGHT_vehicle_attitude_0.csv` is instance 0 of topic vehicle_attitude: what all names begin with is the flight's.
+    `FLIGHT_vehicle_attitude_0.csv` is instance 0 of topic vehicle_attitude: the common prefix names the flight.
     """
     files = topic_files(folder)
     stems = [path.name.lower().removesuffix(".gz").removesuffix(".csv") for path in files]
-    begin = os.path.commonprefix(stems) if len(stems) > 1 else ""  # noqa: RUF071  letter by letter is meant
+    begin = os.path.commonprefix(stems) if len(stems) > 1 else ""  # noqa: RUF071  character by character, as intended
     cut = begin.rfind("_") + 1
     digest = hashlib.sha256()
     streams: list[Stream] = []

@@ -1,4 +1,4 @@
-"""PX4 ULog (.ulg), through pyulog: one stream a topic and instance."""
+"""PX4 ULog (.ulg), through pyulog: one stream per topic and instance."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from aerosid.logs.recording import TICKS, Clock, Column, Recording, Stream, colu
 
 MAGIC = b"ULog\x01\x12\x35"
 _TYPES = frozenset(b"FDIMPQARSOLCB")
-_FILLING = "_padding"  # bytes that align a message and measure nothing
+_FILLING = "_padding"  # alignment bytes of a message
 _HEADER = 16
 """Format: bytes before the first message."""
 
 _CHAIN = 6
-"""Format: whole messages in a row, from one that has a type's letter by chance, that are none by chance."""
+"""Format: consecutive valid messages after which a chance match of a type's letter is excluded."""
 
-# PX4's own clocks: when the sensor was read, then when the topic was published.
+# PX4's own clocks: first the time of the sensor's sample, then the time of publication.
 _CLOCKS = ("timestamp_sample", "timestamp")
 _FIX_3D = 3
-"""Format: type of a GPS fix from which on position and time are fixed."""
+"""Format: lowest type of a GPS fix with valid position and time."""
 
 _NO_CLOCK_BEFORE = 946_684_800_000_000
-"""Format: us since 1970 of 2000-01-01: a receiver without a fix says 1970 or 1980."""
+"""Format: us since 1970 of 2000-01-01: a receiver without a fix gives 1970 or 1980."""
 
 
 def read_ulog(data: bytes, path: str) -> Recording:
@@ -36,19 +36,19 @@ def read_ulog(data: bytes, path: str) -> Recording:
     Parameters
     ----------
     data : bytes
-        The file's content.
+        The file's contents.
     path : str
         The file, for messages.
 
     Raises
     ------
     LogError
-        If the file is no ULog file, or holds no topic.
+        If the file is not a ULog file, or contains no topic.
 
     Notes
     -----
-    pyulog stops silently where a file is cut off and goes on silently behind damage; both places are found here by
-    walking the messages' headers (https://docs.px4.io/main/en/dev_log/ulog_file_format.html).
+    pyulog stops silently where a file is truncated and skips damage silently; both are located here by following the
+    messages' headers (https://docs.px4.io/main/en/dev_log/ulog_file_format.html).
     """
     import pyulog
     from pyulog.exceptions import ULogException
@@ -56,7 +56,7 @@ def read_ulog(data: bytes, path: str) -> Recording:
     if not data.startswith(MAGIC):
         raise LogError(f"{path}: the file does not start as a ULog file does; check that it is the right file.")
     try:
-        # It prints what it thinks of a damaged file.
+        # pyulog prints its warnings on a damaged file to stdout.
         with contextlib.redirect_stdout(io.StringIO()):
             log = pyulog.ULog(io.BytesIO(data))
     except (ULogException, ValueError, KeyError, IndexError, TypeError, OverflowError) as error:
@@ -64,7 +64,7 @@ def read_ulog(data: bytes, path: str) -> Recording:
         raise LogError(f"{path}: the ULog file is damaged ({detail}); download it from the aircraft again.") from None
     if not log.data_list:
         raise LogError(f"{path}: the ULog file holds no topic; the aircraft logged nothing, or the file is cut off.")
-    # pyulog counts a drop-out's length in ms from the last stamp before it.
+    # pyulog measures a drop-out's length in ms from the last stamp before it.
     drops = tuple((drop.timestamp * TICKS["us"], drop.duration * TICKS["ms"]) for drop in log.dropouts)
     return Recording(
         "ulog",
@@ -85,7 +85,7 @@ def _stream(topic: Any) -> Stream:
 
 
 def _framing_notes(data: bytes) -> list[str]:
-    """Where the chain of messages breaks, and whether the last one is whole."""
+    """Offsets at which the chain of messages breaks, and whether the last message is complete."""
     notes = []
     position, size = _HEADER, len(data)
     while position + 3 <= size:
@@ -110,7 +110,7 @@ def _framing_notes(data: bytes) -> list[str]:
 
 
 def _next_chain(data: bytes, start: int) -> int:
-    """The next byte from which several messages follow each other; the file's length where there is none."""
+    """The next offset at which several messages follow each other; the file's length where there is none."""
     size = len(data)
     for position in range(start, size - 3):
         if data[position + 2] in _TYPES and _chained(data, position):

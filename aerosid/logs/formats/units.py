@@ -1,4 +1,4 @@
-"""Units as recorders write them, to the glossary's units."""
+"""Conversion of units as written by recorders to the glossary's units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pint
 
 _LONGEST = 40
-"""Format: characters of a unit at most: none is longer, and absurd text is refused before it is parsed."""
+"""Format: maximum number of characters of a unit: longer text is refused before it is parsed."""
 
 _FACTOR = re.compile(
     r"(?P<name>1(?!\d)|[^\W\d]+|°[A-Za-z]?|%|-+)"
@@ -22,7 +22,7 @@ _FACTOR = re.compile(
 _SEPARATOR = re.compile(r"\s*([*/])\s*|\s+")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·×", "0123456789-**")
 
-# Spellings of recorders that pint does not know or takes for something else; lower case stands for any case.
+# Spellings of recorders that pint does not know or misinterprets; lower case matches any case.
 _ALIASES = {
     "kt": "knot",
     "kts": "knot",
@@ -61,8 +61,8 @@ _ALIASES = {
     "inhg": "inch_Hg",
 }
 
-# What an upper-case header means where the text as written does not fit: M and S would be molar and siemens. Only
-# names that no other case turns into another prefix stand here (MPA could be mPa).
+# Meaning of an upper-case header where the text as written does not fit: M and S would be molar and siemens. Only
+# names that no other case turns into another prefix are listed (MPA could be mPa).
 _SHOUTED = {
     name.upper(): name for name in ("m", "s", "deg", "rad", "Pa", "hPa", "kPa", "kg", "N", "ft", "Hz", "K", "g")
 }
@@ -76,7 +76,7 @@ class Conversion(NamedTuple):
 
 
 class UnitProblem(ValueError):
-    """A unit that cannot be read, or has another dimension; the message is a clause, and names no file."""
+    """A unit that cannot be read, or has another dimension; the message is a clause without the file's name."""
 
 
 @lru_cache(maxsize=512)
@@ -86,7 +86,7 @@ def conversion(unit: str, wanted: str) -> Conversion:
     Parameters
     ----------
     unit : str
-        As the file or the channel map writes it: products, quotients and powers of unit names.
+        As written in the file or the channel map: products, quotients and powers of unit names.
     wanted : str
         The glossary's unit.
 
@@ -97,9 +97,9 @@ def conversion(unit: str, wanted: str) -> Conversion:
 
     Notes
     -----
-    An angle is a dimension of its own here: pint takes per cent for an angle, and a recorder's per cent of elevator
-    travel must not become radians. A bare number counts as radians. `g` is standard gravity in an acceleration and
-    gram elsewhere. The text is never evaluated: it is split by a pattern and each name is looked up.
+    An angle is treated as a dimension of its own: pint converts per cent to an angle, and a recorder's per cent of
+    elevator travel must not become radians. A bare number counts as radians. `g` is standard gravity in an acceleration
+    and gram elsewhere. The text is never evaluated: it is split by a pattern and each name is looked up.
     """
     if unit == wanted:
         return Conversion(1.0, 0.0)
@@ -114,7 +114,7 @@ def conversion(unit: str, wanted: str) -> Conversion:
     zero = float(registry.Quantity(0.0, source).to(target).magnitude)
     one = float(registry.Quantity(1.0, source).to(target).magnitude)
     factor = one - zero if zero else one
-    # A shifted zero is a temperature's; decibels would pass for a dimensionless unit and are no linear one.
+    # An offset is valid for temperatures only; decibels would pass for a dimensionless unit and are not linear.
     if zero and target.dimensionality != registry.parse_units("kelvin").dimensionality:
         raise UnitProblem(
             f"has the logarithmic unit {shown(unit)}, but a unit that converts to [{wanted}] was expected"
@@ -126,14 +126,14 @@ def conversion(unit: str, wanted: str) -> Conversion:
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
-    """Made once and only when a log is not in SI already: it takes a third of a second."""
+    """The unit registry, created once and only for a log not in SI units: it takes a third of a second."""
     import pint
 
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
 def _matching(unit: str, target: pint.Unit, registry: pint.UnitRegistry[float], *, gravity: bool) -> pint.Unit | None:
-    """The unit as written, or as an upper-case header means it, where it has the target's dimension."""
+    """The unit as written, or as the meaning of an upper-case header, where it has the target's dimension."""
     meant = re.sub(r"[A-Za-z]+", lambda name: _SHOUTED.get(name[0].upper(), name[0]), unit)
     problem: UnitProblem | None = None
     for text in dict.fromkeys((unit, meant)):
@@ -152,7 +152,7 @@ def _matching(unit: str, target: pint.Unit, registry: pint.UnitRegistry[float], 
 
 
 def _canonical(unit: str, registry: pint.UnitRegistry[float], *, gravity: bool) -> str:
-    """The unit in pint's spelling; raises UnitProblem where it is not one."""
+    """The unit in pint's spelling; raises UnitProblem where it is not a unit."""
     text = unit.strip().translate(_SUPERSCRIPTS)
     if not text:
         raise UnitProblem("has an empty unit, but a unit such as [deg], or [1] where there is none, was expected")
@@ -187,7 +187,7 @@ def _pint_name(name: str, unit: str, registry: pint.UnitRegistry[float], *, grav
 
 
 def _same_angle(source: pint.Unit, target: pint.Unit, written: str, registry: pint.UnitRegistry[float]) -> bool:
-    """Whether both hold angles to the same power, or the source is a bare number (per second) for radians."""
+    """Whether both contain angles to the same power, or the source is a bare number (per second) for radians."""
     powers = [dict(registry.get_root_units(unit)[1]._units).get("radian", 0) for unit in (source, target)]
     if powers[0] == powers[1]:
         return True

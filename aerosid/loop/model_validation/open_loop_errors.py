@@ -16,7 +16,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.roles import ROLES
-from aerosid.model_error.coefficient_match import CoefficientRow, explained_shares
+from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow, explained_shares
 from aerosid.nomenclature import CHANNELS
 from aerosid.search.attribution import Attribution
 

@@ -23,8 +23,8 @@ from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.restarted_simulation import predict_ahead
 from aerosid.loop.model_validation.open_loop_errors import Simulated
-from aerosid.model_error.coefficient_match import Corrected
-from aerosid.model_error.paper_chain import ChainSettings, Fed, feed
+from aerosid.model_error.paper_chain.chain import ChainSettings, Fed, feed
+from aerosid.model_error.paper_chain.coefficient_match import Corrected
 from aerosid.search.attribution import Attribution
 from aerosid.signals.fit_statistics import explained_variance, theil
 from aerosid.signals.resampling import across_gaps

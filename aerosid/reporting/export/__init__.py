@@ -1,6 +1,6 @@
-"""The model of an aircraft file in the formats of others: JSBSim, JSON, CSV, LaTeX, DAVE-ML.
+"""The model of an aircraft file in other formats: JSBSim, JSON, CSV, LaTeX, DAVE-ML.
 
-A format is a function from an `Aircraft` and `ExportOptions` to text, in a file here, and one line in `FORMATS`.
+A format is a function from an `Aircraft` and `ExportOptions` to text, in a module here, and one entry in `FORMATS`.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ def export(aircraft: Aircraft, format_name: str, options: ExportOptions) -> Expo
     format_name : str
         A key of `FORMATS`.
     options : ExportOptions
-        What the file does not say.
+        Data that the aircraft file does not contain.
 
     Raises
     ------
     UsageError
-        Where the format is unknown, or an option does not belong to it.
+        Where the format is unknown, or an option does not apply to it.
     AircraftError
-        Where the format cannot carry what the aircraft file declares.
+        Where the format cannot represent an effect declared in the aircraft file.
     """
     if format_name not in FORMATS:
         raise UsageError(f"--format is {format_name!r}, expected one of {', '.join(FORMATS)}; give one of them.")

@@ -1,4 +1,4 @@
-"""Check cases of an exported model: inputs within the usual, and what the terms make of them."""
+"""Check cases of an exported model: inputs within their usual range, and the resulting coefficients."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from aerosid.aircraft import Aircraft
 from aerosid.flight_model.terms import LIFT, Factor
 
 _NOMINAL = {"alpha": 0.05, "V": 70.0, "rho": 1.0, "thrust": 2000.0, "mass": 2000.0, "mach": 0.3}
-"""Design: SI; where the check cases begin, zero for the other variables."""
+"""Design: SI; initial values of the check cases, zero for the other variables."""
 
 _MOVED = {"alpha": 0.11, "V": 84.0, "rho": 0.8, "thrust": 5000.0, "mass": 1800.0, "mach": 0.42}
-"""Design: SI; where the check cases move these variables to."""
+"""Design: SI; values of these variables when moved."""
 
 _SMALL, _NEGATIVE = 0.07, -0.06
-"""Design: SI; where they move all the others to, and some once more to the other side."""
+"""Design: SI; values of all other variables when moved, some of them also with the opposite sign."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class CheckCase:
     Attributes
     ----------
     name : str
-        What is moved.
+        The inputs that are moved.
     inputs : mapping of str to float
         Channel -> value, SI.
     references : tuple of (str, str, float)
-        Name, unit and value of the constants that the model gives out.
+        Name, unit and value of the constants among the model's outputs.
     outputs : mapping of str to float
         Coefficient -> value.
     """
@@ -51,9 +51,9 @@ def check_cases(
     aircraft : Aircraft
         The model.
     inputs : tuple of str
-        The channels that it takes.
+        Input channels of the model.
     alpha_range : (float, float) or None
-        Beyond it alpha is held, rad.
+        Limit beyond which alpha is held, rad.
     airspeed : float or None
         U0 of V_hat, m/s, where the aircraft file gives none.
     """
@@ -83,12 +83,12 @@ def coefficients(
     alpha_range: tuple[float, float] | None = None,
     airspeed: float | None = None,
 ) -> dict[str, float]:
-    """The model's coefficients, C_X and C_Z also where it is written in lift and drag.
+    """The model's coefficients, including C_X and C_Z where it is written in lift and drag.
 
     Parameters
     ----------
     inputs : mapping of str to float
-        Channels that the terms and their variables need, SI; alpha_dot in rad/s.
+        Channels needed by the terms and their variables, SI; alpha_dot in rad/s.
     """
     variables = {**inputs, **_derived(aircraft, inputs, airspeed)}
     if alpha_range is not None and "alpha" in variables:

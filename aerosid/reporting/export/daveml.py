@@ -1,7 +1,7 @@
 """The model as DAVE-ML 2.0: variables, MathML, uncertainty, provenance and check cases.
 
-The check cases are computed from the terms themselves and not from the MathML, so that a reader who evaluates the file
-checks both the reader and the writer.
+The check cases are computed from the terms and not from the MathML, so that evaluating the file checks both the reader
+and the writer.
 
 References
 ----------
@@ -61,10 +61,10 @@ _STANDARD_NAMES = {
     "C_L": "totalCoefficientOfLift",
     "C_D": "totalCoefficientOfDrag",
 }
-"""Names of the standard; whatever has none goes by the name of the glossary."""
+"""Names of the standard; other channels keep the name of the glossary."""
 
 _RESERVED = frozenset({"alpha_dot", "alpha_tested", "U0", "SWING", "CBAR", "BSPAN", *COEFFICIENTS})
-"""Identifiers that no channel may have."""
+"""Identifiers that are not available for channels."""
 
 _SIGNS = {
     "C_X": "+FWD",
@@ -89,7 +89,7 @@ _RATES = {
     "r_hat": ("r", "BSPAN"),
     "alpha_dot_hat": ("alpha_dot", "CBAR"),
 }
-"""Nondimensional rate -> the rate and the identifier of its length."""
+"""Nondimensional rate -> the rate and the identifier of its reference length."""
 _LENGTHS = {"CBAR": "c", "BSPAN": "b"}
 
 
@@ -99,9 +99,9 @@ def daveml_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     Raises
     ------
     AircraftError
-        Where a declared effect is dynamic, which a static function cannot hold, or V_hat lacks its U0.
+        Where a declared effect is dynamic, which a static function cannot represent, or U0 of V_hat is missing.
     UsageError
-        Where the date is none, the range of alpha is empty, or an option belongs to JSBSim.
+        Where the date is invalid, the range of alpha is empty, or an option is one of JSBSim.
     """
     options.only("davem", "alpha_range", "airspeed")
     _check(aircraft, options)
@@ -167,7 +167,7 @@ _MODELS = {LONGITUDINAL.name: "Longitudinal", LATERAL.name: "Lateral-directional
 
 
 def _moments(aircraft: Aircraft) -> str:
-    """How the model's moments are made dimensional."""
+    """Definitions of the dimensional moments."""
     if aircraft.axes == LONGITUDINAL:
         return "the moment also times referenceWingChord"
     span = "those about x and z also times referenceWingSpan"
@@ -179,7 +179,7 @@ def _author(parent: ET.Element) -> None:
 
 
 def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]:
-    """Every variable before what is calculated from it."""
+    """Every variable before those calculated from it."""
     used = {name for entry in aircraft.derivatives for name in entry.term.variables}
     limited = options.alpha_range is not None and "alpha" in used
     definitions = [_input(name) for name in required_inputs(aircraft)]
@@ -212,7 +212,7 @@ def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]
 
 
 def required_inputs(aircraft: Aircraft) -> tuple[str, ...]:
-    """The channels that the model takes, in glossary order, others after them."""
+    """The input channels of the model, in glossary order, others after them."""
     used = {name for entry in aircraft.derivatives for name in entry.term.variables}
     wanted = {name for name in used if name not in (*_RATES, "V_hat", "C_T", *LIFT)}
     if "C_L" in aircraft.coefficients:
@@ -239,7 +239,7 @@ def _input(name: str) -> ET.Element:
 
 
 def _derived(aircraft: Aircraft, options: ExportOptions, used: set[str]) -> list[ET.Element]:
-    """Reference airspeed and the non-dimensional variables that terms name."""
+    """Reference airspeed and the non-dimensional variables in the terms."""
     definitions = []
     rate_speed, reference = "V", aircraft.airspeed or options.airspeed
     if aircraft.airspeed is not None:
@@ -266,7 +266,7 @@ def _derived(aircraft: Aircraft, options: ExportOptions, used: set[str]) -> list
 
 
 def _derivative_names(aircraft: Aircraft) -> tuple[str, ...]:
-    """An XML name for each derivative: `C_m_alpha_2`, numbered where two would be alike."""
+    """An XML name for each derivative: `C_m_alpha_2`, numbered where two would be equal."""
     taken = {*required_inputs(aircraft), *_RESERVED}
     taken |= {name for entry in aircraft.derivatives for name in entry.term.variables}
     names = []

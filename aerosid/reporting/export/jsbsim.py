@@ -1,4 +1,4 @@
-"""The model as JSBSim's `<aerodynamics>`, alone or in the place of another aircraft's."""
+"""The model as JSBSim's `<aerodynamics>`, alone or in place of that of another aircraft."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from aerosid.reporting.export.options import Exported, ExportOptions, left_out
 
 
 def jsbsim_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
-    """The section, or the whole aircraft that it was put into; standard deviations stand in comments.
+    """The section, or the whole aircraft into which it was inserted; standard deviations are in comments.
 
     Raises
     ------
     AircraftError
-        As `aerosid.reporting.export.jsbsim_xml`; and where declared actuators have no aircraft to stand in.
+        As `aerosid.reporting.export.jsbsim_xml`; and where actuators are declared and no aircraft is given for them.
     UsageError
         Where the target cannot be read.
     """
@@ -31,8 +31,8 @@ def jsbsim_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
     notes = left_out(aircraft)
     if options.into is not None:
         if options.aero_reference is None:
-            said = "AERORP is taken for the centre of gravity that the model refers to; where it is not, give --aerorp."
-            notes = (*notes, f"{options.into}: {said}")
+            note = "AERORP is taken for the centre of gravity that the model refers to; where it is not, give --aerorp."
+            notes = (*notes, f"{options.into}: {note}")
         return Exported(as_text(put_into(_target(options.into), aircraft, settings)), notes)
     text = aerodynamics_xml(aircraft, settings)
     if actuator_xml(aircraft, settings) is not None:
@@ -45,7 +45,7 @@ def jsbsim_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
 
 def _target(path: Path) -> ET.Element:
     try:
-        # Comments and everything else that JSBSim reads or ignores stay where they were.
+        # Comments and everything else that JSBSim reads or ignores are kept in place.
         parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
         root = ET.fromstring(path.read_bytes(), parser=parser)
     except OSError as error:
@@ -53,7 +53,9 @@ def _target(path: Path) -> ET.Element:
             f"{path} cannot be read ({error.strerror}); give the XML file of a JSBSim aircraft with --into."
         ) from None
     except ET.ParseError as error:
-        raise UsageError(f"{path} is no XML ({error}); give the XML file of a JSBSim aircraft with --into.") from None
+        raise UsageError(
+            f"{path} is not valid XML ({error}); give the XML file of a JSBSim aircraft with --into."
+        ) from None
     if root.tag != "fdm_config":
         raise UsageError(
             f"{path} begins with <{root.tag}>, expected <fdm_config>; give the XML file of a JSBSim aircraft with "

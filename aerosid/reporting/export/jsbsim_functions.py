@@ -1,4 +1,4 @@
-"""Terms and their variables as JSBSim functions, in feet, pounds and seconds inside and SI in the terms."""
+"""Terms and their variables as JSBSim functions; JSBSim's properties are converted from ft, lb and s to SI."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _RATES: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class References:
-    """What turns rates and speeds into the variables of terms.
+    """Constants by which rates and speeds become the variables of terms.
 
     Attributes
     ----------
@@ -54,11 +54,11 @@ class References:
     airspeed_of_V_hat : float or None
         U0 of V_hat, m/s.
     properties : mapping of str to (str, float)
-        Channels that JSBSim knows by another property than `CHANNEL_PROPERTIES` says, and factors to SI.
+        Channels with another JSBSim property than in `CHANNEL_PROPERTIES`, with factors to SI.
     where : str
-        The aircraft, for sentences.
+        Name of the aircraft, for messages.
     span : float or None
-        Whole span, m, of p_hat and r_hat.
+        Full span, m, of p_hat and r_hat.
     """
 
     wing_area: float
@@ -71,12 +71,12 @@ class References:
 
 
 def channel_property(references: References, channel: str) -> tuple[str, float]:
-    """The property that holds a channel, and the factor from its unit to SI.
+    """The JSBSim property of a channel, and the factor from its unit to SI.
 
     Raises
     ------
     AircraftError
-        Where JSBSim does not know the channel.
+        Where JSBSim does not have the channel.
     """
     found = references.properties.get(channel) or CHANNEL_PROPERTIES.get(channel)
     if found is None:
@@ -93,7 +93,7 @@ def variable_element(references: References, name: str) -> Element:
     Raises
     ------
     AircraftError
-        Where JSBSim does not know the channel, or V_hat lacks its airspeed.
+        Where JSBSim does not have the channel, or the airspeed of V_hat is missing.
     """
     if name == "alpha":
         return reading("aero/alpha-rad")
@@ -101,7 +101,7 @@ def variable_element(references: References, name: str) -> Element:
         rate, length = reading(_RATES[name][0]), float(getattr(references, _RATES[name][1]) or 0.0)
         if references.airspeed_of_rates is not None:
             return call("product", rate, value(length / (2.0 * references.airspeed_of_rates)))
-        # At rest, where no rate has a meaning, the quotient must stay finite.
+        # At rest the rates are meaningless, but the quotient must stay finite.
         speed = call("max", reading("velocities/vt-fps"), value(1.0))
         return call("quotient", call("product", rate, value(length / FOOT / 2.0)), speed)
     if name == "V_hat":
@@ -121,7 +121,7 @@ def variable_element(references: References, name: str) -> Element:
 
 
 def term_element(number: float, term: Term, variable: Callable[[str], Element]) -> Element:
-    """A multiple of a term, each variable being what `variable` makes of its name."""
+    """A multiple of a term, with the expression of each variable from `variable`."""
     if not term.factors:
         return value(number)
     return call("product", value(number), *(_factor(factor, variable) for factor in term.factors))
@@ -138,7 +138,7 @@ def _factor(factor: Factor, variable: Callable[[str], Element]) -> Element:
 
 
 def total(*addends: Element) -> Element:
-    """Their sum; JSBSim's own takes two or more."""
+    """The sum of the operands; JSBSim's own needs two or more."""
     if not addends:
         return value(0.0)
     return addends[0] if len(addends) == 1 else call("sum", *addends)
@@ -152,7 +152,7 @@ def call(name: str, *operands: Element) -> Element:
 
 
 def value(number: float) -> Element:
-    """A number, in the shortest text that reads back as the same."""
+    """A number, in the shortest text that is read back unchanged."""
     element = Element("value")
     element.text = repr(float(number) + 0.0)
     return element

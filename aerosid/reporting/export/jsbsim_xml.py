@@ -1,7 +1,7 @@
-"""The aerodynamic model of an aircraft as JSBSim XML; neither JSBSim nor a flight is needed to write it.
+"""The aerodynamic model of an aircraft as JSBSim XML; written without JSBSim and without a flight.
 
-Every number that belongs to the identified model (wing area, chord, U0) is written out, so that the section means the
-same in whichever aircraft it is put; only the state of the flight is read from JSBSim's properties.
+Every constant of the identified model (wing area, chord, U0) is written out, so that the section has the same meaning
+in any aircraft; only the state of the flight is read from JSBSim's properties.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _AXES = (
     ("PITCH", "C_m", "mean_chord"),
     ("YAW", "C_n", "span"),
 )
-"""JSBSim's axis, the coefficient that acts about or along it, and the length that makes a moment of it."""
+"""JSBSim's axis, its coefficient, and the reference length of a moment."""
 _IN_PLACE_OF = {
     "C_X": ("DRAG", "X", "AXIAL"),
     "C_Y": ("SIDE", "Y"),
@@ -51,28 +51,28 @@ _IN_PLACE_OF = {
     "C_m": ("PITCH",),
     "C_n": ("YAW",),
 }
-"""Axes that a coefficient takes the place of, by whichever of JSBSim's three systems of axes."""
+"""Axes that a coefficient replaces, in each of JSBSim's three systems of axes."""
 _NO_BODY_AXES = ("LIFT", "DRAG", "AXIAL", "NORMAL")
 _BODY_NAMES = {"SIDE": "Y"}
 
 
 @dataclass(frozen=True)
 class ExportSettings:
-    """What an aircraft file does not say of the aircraft that takes the model up.
+    """Data that an aircraft file does not contain on the aircraft that receives the model.
 
     Attributes
     ----------
     aero_reference : (float, float)
-        x forward and z down, m, of JSBSim's point AERORP from the centre of gravity that the model refers to. JSBSim
-        applies the forces there; the moment this makes about that centre of gravity is taken out of C_m.
+        x forward and z down, m, of JSBSim's point AERORP from the model's centre of gravity. JSBSim applies the forces
+        there; their moment about that centre of gravity is subtracted from C_m.
     alpha_range : (float, float) or None
-        Angles of attack that were tested, rad; outside of it the terms keep the values of its ends.
+        Tested angles of attack, rad; outside, the terms keep their values at the ends.
     airspeed : float or None
         U0 of V_hat, m/s, where the aircraft file gives no airspeed.
     folded_thrust : float
-        Thrust over dynamic pressure and wing area that the identified coefficients hold, for an aircraft with engines.
+        Thrust over dynamic pressure and wing area included in the coefficients, for an aircraft with engines.
     properties : mapping of str to (str, float)
-        Further channels that terms name, or other properties for known ones: the property, and the factor to SI.
+        Further channels in terms, or other properties for known ones: the property, and the factor to SI.
     """
 
     aero_reference: tuple[float, float] = (0.0, 0.0)
@@ -90,12 +90,13 @@ def aerodynamics_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettin
     aircraft : Aircraft
         Its derivatives, with their standard deviations as comments.
     settings : ExportSettings
-        About the aircraft that takes the model up.
+        On the aircraft that receives the model.
 
     Raises
     ------
     AircraftError
-        Where a term names a channel that JSBSim does not have, V_hat lacks its U0, or an effect cannot be carried.
+        Where a term needs a channel that JSBSim does not have, U0 of V_hat is missing, or an effect cannot be
+        represented.
     """
     return as_text(aerodynamics_element(aircraft, settings))
 
@@ -123,7 +124,7 @@ def aerodynamics_element(aircraft: Aircraft, settings: ExportSettings = ExportSe
 def actuator_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> str | None:
     """The text of a `<system>` with the declared lags, delays and rate limits of controls; None without any.
 
-    The aerodynamics then read the surface that it gives out and not the one that is commanded.
+    The aerodynamics then read the actuator's output and not the command.
 
     Raises
     ------
@@ -136,16 +137,17 @@ def actuator_xml(aircraft: Aircraft, settings: ExportSettings = ExportSettings()
 
 
 def put_into(target: ET.Element, aircraft: Aircraft, settings: ExportSettings = ExportSettings()) -> ET.Element:
-    """The `<fdm_config>` of an aircraft with the model in place of those of its aerodynamic axes that the model has.
+    """The `<fdm_config>` of an aircraft with those of its aerodynamic axes replaced that the model has.
 
-    Of a longitudinal model side force, rolling and yawing moment stay as they are, of a lateral one the others; SIDE
-    becomes Y, since JSBSim does not mix wind and body axes. The functions outside of axes stay, which axes may read.
+    With a longitudinal model side force, rolling and yawing moment are kept, with a lateral one the others; SIDE
+    becomes Y, since JSBSim does not mix wind and body axes. Functions outside of axes are kept, since axes may
+    read them.
 
     Raises
     ------
     AircraftError
-        As `aerodynamics_xml`; where the target has no aerodynamics, or keeps lift and drag beside a side force along
-        the body's axis.
+        As `aerodynamics_xml`; where the target has no aerodynamics, or keeps lift and drag together with a side force
+        along the body's axis.
     """
     section = target.find("aerodynamics")
     if section is None or section.find("axis") is None:
@@ -210,7 +212,7 @@ def _references(aircraft: Aircraft, settings: ExportSettings) -> References:
 
 
 def _variable(aircraft: Aircraft, settings: ExportSettings, name: str) -> ET.Element:
-    """The expression of a variable: alpha within its tested range, controls behind their actuators."""
+    """The expression of a variable: alpha within its tested range, controls after their actuators."""
     expression = variable_element(_references(aircraft, settings), name)
     if name == "alpha" and settings.alpha_range is not None:
         low, high = settings.alpha_range
@@ -222,7 +224,7 @@ def _variable(aircraft: Aircraft, settings: ExportSettings, name: str) -> ET.Ele
 
 def _coefficient(aircraft: Aircraft, coefficient: str) -> ET.Element:
     declared = [entry for entry in aircraft.derivatives if entry.coefficient == coefficient]
-    # A comment before each term, and two zeros: JSBSim's sum takes two addends or more.
+    # A comment before each term, and two zeros: JSBSim's sum needs at least two addends.
     addends = [value(0.0), value(0.0)]
     for entry in declared:
         spread = "" if entry.sigma is None else f", standard deviation {entry.sigma:.6g}"
@@ -292,7 +294,7 @@ def _actuators(aircraft: Aircraft, settings: ExportSettings) -> ET.Element | Non
 
 
 def _comment(text: str) -> ET.Element:
-    """A comment; what XML forbids in one is taken out of the text."""
+    """A comment; characters forbidden in XML comments are removed from the text."""
     printable = re.sub(r"[^\t\x20-\ud7ff\ue000-\ufffd]", " ", text)
     comment: Any = ET.Comment(f" {re.sub('-(?=-)', '- ', printable)} ")
     return cast(ET.Element, comment)

@@ -41,7 +41,7 @@ _SPECIAL = re.compile(r"[\\~^&%$#_{}]")
 
 
 def latex_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
-    """Term, value and standard deviation by coefficient, and the effects below."""
+    """Term, value and standard deviation by coefficient, followed by the effects."""
     options.only("latex")
     rows = []
     for coefficient in aircraft.coefficients:
@@ -82,7 +82,7 @@ def term_formula(term: Term) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text as LaTeX prints it, one line."""
+    """Text escaped for LaTeX, on one line."""
     return _SPECIAL.sub(lambda found: _ESCAPES[found[0]], " ".join(text.split()))
 
 
@@ -109,7 +109,7 @@ def _factor(factor: Factor) -> str:
 
 
 def _value_and_deviation(value: float | None, sigma: float | None) -> tuple[str, str]:
-    """Both cut at the second digit of the deviation; the value to six digits where that is unknown."""
+    """Both rounded to the second digit of the deviation; the value to six digits where that is unknown."""
     if value is None:
         return "", ""
     if sigma is None or not sigma > 0.0:
@@ -120,7 +120,7 @@ def _value_and_deviation(value: float | None, sigma: float | None) -> tuple[str,
 
 
 def _number(value: float, digits: int, last: int | None = None) -> str:
-    """A number with so many digits, or down to the decimal place `last` where that reads well."""
+    """A number with so many digits, or rounded to the decimal place `last` where that is readable."""
     if last is not None and -6 <= last <= 0:
         return f"{value:.{-last}f}"
     mantissa, _, exponent = f"{value:.{digits}g}".partition("e")

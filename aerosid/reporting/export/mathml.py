@@ -34,14 +34,14 @@ def identifier(name: str) -> Element:
 
 
 def number(value: float) -> Element:
-    """`<cn>`: a number, in the shortest text that reads back as the same."""
+    """`<cn>`: a number, in the shortest text that is read back unchanged."""
     element = Element("cn")
     element.text = repr(value)
     return element
 
 
 def term_maths(derivative: str, term: Term, renamed: Mapping[str, str]) -> Element:
-    """A derivative's variable times its term, variables renamed where asked for."""
+    """A derivative's variable times its term, with variables renamed by `names`."""
     factors = [_factor(factor, renamed) for factor in term.factors]
     return apply("times", identifier(derivative), *factors) if factors else identifier(derivative)
 
@@ -57,7 +57,7 @@ def _factor(factor: Factor, renamed: Mapping[str, str]) -> Element:
 
 
 def _positive_part(expression: Element) -> Element:
-    """`<piecewise>`, which every reader of DAVE-ML knows: the expression where it is above zero, else zero."""
+    """`<piecewise>`, which every reader of DAVE-ML supports: the expression where it is above zero, else zero."""
     piecewise = Element("piecewise")
     piece = SubElement(piecewise, "piece")
     piece.append(expression)

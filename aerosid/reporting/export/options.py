@@ -1,4 +1,4 @@
-"""Options of an export beside the aircraft file, and its result."""
+"""Options of an export in addition to the aircraft file, and its result."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from aerosid.aircraft import Aircraft, DeclaredEffect
 from aerosid.errors import UsageError
 
 NOT_SHOWN = "declared value, not significant in the flights"
-"""What stands beside a derivative of a completed file that the flights hold too little information on."""
+"""Remark on a derivative of a completed file on which the flights contain too little information."""
 
 
 def origin(aircraft: Aircraft) -> str:
-    """What made a completed file's numbers, in one line; empty for any other file."""
+    """Origin of a completed file's values, in one line; empty for any other file."""
     made = aircraft.completion
     if made is None:
         return ""
@@ -28,7 +28,7 @@ def origin(aircraft: Aircraft) -> str:
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """What an aircraft file does not say.
+    """Data that an aircraft file does not contain.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class ExportOptions:
     aero_reference : (float, float) or None
         JSBSim's AERORP from the centre of gravity of the model, x forward and z down, m; None: at it.
     alpha_range : (float, float) or None
-        Angles of attack that were tested, rad; beyond them the terms keep the values at the ends.
+        Tested angles of attack, rad; beyond them the terms keep their values at the ends.
     airspeed : float or None
         U0 of V_hat, m/s, where the aircraft file gives none.
     folded_thrust : float or None
-        Thrust over dynamic pressure and wing area that the coefficients hold, for an aircraft with engines.
+        Thrust over dynamic pressure and wing area included in the coefficients, for an aircraft with engines.
     properties : mapping of str to (str, float)
         Channel -> JSBSim property and the factor from its unit to SI.
     date : str
@@ -57,7 +57,7 @@ class ExportOptions:
     date: str = "1970-01-01"
 
     def only(self, format_name: str, *allowed: str) -> None:
-        """Refuse what the format has no use for.
+        """Refuse options that do not apply to the format.
 
         Raises
         ------
@@ -79,14 +79,14 @@ class ExportOptions:
 
 @dataclass(frozen=True)
 class Exported:
-    """The text of an export, and a sentence on each thing that it does not hold."""
+    """The text of an export, and a sentence on each item that it does not contain."""
 
     text: str
     notes: tuple[str, ...] = ()
 
 
 def left_out(aircraft: Aircraft) -> tuple[str, ...]:
-    """A sentence on each declared effect that belongs to a recording and not to the aircraft."""
+    """A sentence on each declared effect that is a property of a recording and not of the aircraft."""
     return tuple(
         f"{aircraft.path}: the effect {named(effect)} belongs to a recording and is left out."
         for effect in aircraft.effects
@@ -95,7 +95,7 @@ def left_out(aircraft: Aircraft) -> tuple[str, ...]:
 
 
 def of_the_recording(effect: DeclaredEffect) -> bool:
-    """Whether an effect is of the sensors, the air or the moment of one flight."""
+    """Whether an effect is one of the sensors, of the air, or of an instant of one flight."""
     return effect.kind.startswith("sensor_") or effect.kind in ("step_change", "gust")
 
 

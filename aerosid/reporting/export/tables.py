@@ -1,4 +1,4 @@
-"""The model as JSON, whole, and as a CSV table of its derivatives."""
+"""The full model as JSON, and its derivatives as a CSV table."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ SCHEMA = 1
 
 
 def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
-    """Everything that the aircraft file says, units beside the numbers.
+    """The contents of the aircraft file, with units.
 
     Keys: schema, aerosid, name, source, file, sha256, reference, mass, air, thrust, derivatives (coefficient, term,
-    value, sigma, fixed, shown), completed (what made a completed file) and effects. What is not given is null; span,
-    I_xx, I_zz and I_xz stand only where the file gives them.
+    value, sigma, fixed, shown), completed (origin of a completed file) and effects. What is not given is null; span,
+    I_xx, I_zz and I_xz are present only where the file gives them.
     """
     options.only("json")
     document = {
@@ -78,7 +78,7 @@ def json_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
 
 
 def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
-    """One row a derivative below `#` lines with the reference quantities and the effects."""
+    """One row per derivative, after `#` lines with the reference quantities and the effects."""
     options.only("csv")
     lines = [
         f"aircraft: {aircraft.name}",
@@ -114,7 +114,7 @@ def csv_text(aircraft: Aircraft, options: ExportOptions) -> Exported:
 
 
 def _lateral_inertias(aircraft: Aircraft) -> list[tuple[str, float]]:
-    """Those of roll and yaw that the file gives."""
+    """Those of roll and yaw given in the file."""
     given = [(name, getattr(aircraft, name)) for name in ("I_xx", "I_zz", "I_xz")]
     return [(name, inertia) for name, inertia in given if inertia is not None]
 

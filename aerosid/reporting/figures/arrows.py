@@ -1,4 +1,4 @@
-"""Arrows, arcs and their names, of which sketches are made; page coordinates, x right and y up, pt."""
+"""Arrows, arcs and their labels for sketches; page coordinates, x right and y up, pt."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def line(places: FloatArray, role: Role, width: float = 1.1) -> Line:
 
 
 def arrow(start: FloatArray, angle: float, length: float, text: str, role: Role = "ink") -> list[Mark]:
-    """A straight arrow, named beyond its tip where it has a name; angle in rad, anticlockwise from the right."""
+    """A straight arrow, labelled beyond its tip where it has a name; angle in rad, anticlockwise from the right."""
     direction = np.array([math.cos(angle), math.sin(angle)])
     end = start + length * direction
     label = end + 11.0 * direction - (0.0, 3.0)
@@ -29,7 +29,7 @@ def arrow(start: FloatArray, angle: float, length: float, text: str, role: Role 
 def arc(
     centre: FloatArray, radius: float, start: float, stop: float, text: str, role: Role = "ink", away: float = 9.0
 ) -> list[Mark]:
-    """An arc about a point with its arrow at the end, named outside its middle; angles in rad, anticlockwise."""
+    """An arc about a point with an arrowhead at its end, labelled outside its middle; angles in rad, anticlockwise."""
     angles = np.linspace(start, stop, 24)
     bow = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
     middle = 0.5 * (start + stop)
@@ -39,7 +39,7 @@ def arc(
 
 
 def head(tip: FloatArray, direction: FloatArray, role: Role) -> list[Mark]:
-    """The two strokes of an arrow's head."""
+    """The two strokes of an arrowhead."""
     along = direction / np.linalg.norm(direction)
     across = np.array([-along[1], along[0]])
     corners = np.array([tip - 7.0 * along + 2.8 * across, tip, tip - 7.0 * along - 2.8 * across])

@@ -16,14 +16,14 @@ _ROLES: dict[str, Role] = {"before": "before", "after": "after"}
 
 
 def autocorrelations(rows: Sequence[FitRow], samples: int) -> Chart:
-    """The autocorrelation of every channel's residual over the lag, with the band in which white noise stays.
+    """The autocorrelation of every channel's residual over the lag, with the 95 % band of white noise.
 
     Parameters
     ----------
     rows : sequence of FitRow
-        Of one log.
+        Residuals of one log.
     samples : int
-        N of the log: 95 % of the lags of white noise are within 1.96 / sqrt(N).
+        Samples N of the log: 95 % of the lags of white noise are within 1.96 / sqrt(N).
     """
     bound = 1.96 / math.sqrt(samples)
     channels = list(dict.fromkeys(row.channel for row in rows))

@@ -1,4 +1,4 @@
-"""Charts as data: panels with axes, and marks on them, in the units shown. How they are drawn is said elsewhere."""
+"""Charts as data: panels with axes, and marks on them, in the units shown; the renderers are other modules."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Role = Literal[
     "tolerance-edge",
     "surface",
 ]
-"""What a mark stands for; style.css gives each role its colour, light and dark."""
+"""Meaning of a mark; style.css gives each role its colour, light and dark."""
 
 DASHES: dict[str, tuple[float, ...]] = {
     "declared": (1.2, 1.6),
@@ -32,7 +32,7 @@ DASHES: dict[str, tuple[float, ...]] = {
     "trimmed": (7.0, 1.5, 1.5, 1.5),
     "tolerance-edge": (0.8, 1.6),
 }
-"""Display: strokes and gaps, pt, by which lines are told apart without their colours; a role that is not
+"""Display: strokes and gaps, pt, that distinguish lines without their colours; a role that is not
 here is solid."""
 
 WORDS: dict[str, str] = {
@@ -45,7 +45,7 @@ WORDS: dict[str, str] = {
     "tolerance": "tolerance",
     "tolerance-edge": "tolerance",
 }
-"""What a reader calls each role."""
+"""Name of each role in legends."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Points:
-    """One dot a sample (N,); `ordered` where x is a time, so that a long record can be drawn with fewer."""
+    """One dot per sample (N,); `ordered` where x is a time, so that a long record can be thinned."""
 
     x: FloatArray
     y: FloatArray
@@ -113,7 +113,7 @@ Mark = Line | Points | Band | Corridor | Outline | Words
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis: its label with the unit in brackets, its limits, and where numbers stand; none where it is bare."""
+    """One axis: its label with the unit in brackets, its limits, and its tick values; none where it is bare."""
 
     label: str
     limits: Limits
@@ -125,7 +125,7 @@ class Axis:
 class Panel:
     """One frame of a chart: its left and lower edge and its size, pt, from the chart's lower left corner.
 
-    `quiet`: its label is set small, for it belongs to the panel above. `framed`: it has axes and a grid.
+    `quiet`: its label is small, as part of the panel above. `framed`: it has axes and a grid.
     """
 
     left: float
@@ -139,12 +139,12 @@ class Panel:
     framed: bool = True
 
     def across(self, x: FloatArray) -> FloatArray:
-        """Where x stands, pt from the chart's left edge."""
+        """Position of x, pt from the chart's left edge."""
         low, high = self.x.limits
         return np.asarray(self.left + self.width * (x - low) / (high - low))
 
     def up(self, y: FloatArray) -> FloatArray:
-        """Where y stands, pt from the chart's lower edge."""
+        """Position of y, pt from the chart's lower edge."""
         low, high = self.y.limits
         return np.asarray(self.bottom + self.height * (y - low) / (high - low))
 
@@ -153,8 +153,8 @@ class Panel:
 class Chart:
     """A figure: its size, pt, and its panels.
 
-    `timeline` names what the panels' common time axis belongs to; charts of one timeline are zoomed together. Empty
-    where the panels do not share their x axes.
+    `timeline` identifies the common time axis of the panels; charts of one timeline are zoomed together. Empty where
+    the panels do not share their x axes.
     """
 
     width: float

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosid.model_error.screening import RegressorPicture
+from aerosid.model_error.paper_chain.screening import RegressorPicture
 from aerosid.reporting.figures.chart import Chart, FloatArray, Limits, Line, Points, Role
 from aerosid.reporting.figures.layout import Tile, tiled
 from aerosid.reporting.words import subscripted, term_label
 
 _DRAWN = 1500
-"""Display: points of one plot: a longer record is drawn at regular samples."""
+"""Display: maximum number of points of one plot: a longer record is decimated."""
 
 
 def cross_plots(pictures: Sequence[RegressorPicture]) -> Chart:
-    """d(t) against each term, both through the same estimator, with the line of least squares."""
+    """d(t) against each term, both passed through the same estimator, with the least-squares line."""
     return tiled([_tile(picture) for picture in pictures], columns=3, tile_height=84.0)
 
 

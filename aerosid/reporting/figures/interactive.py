@@ -1,7 +1,7 @@
 """Time histories as plotly's figures: data and layout as JSON, without importing plotly.
 
-Arrays are held once each, in base64 of their bytes; a figure refers to them by number. Colours are left to the page:
-every trace and shape names its role in `meta` or `name`, and interactive.js gives it the style sheet's colour.
+Each array is stored once, in base64 of its bytes; figures refer to arrays by number. Colours are defined by the page:
+every trace and shape gives its role in `meta` or `name`, and interactive.js applies the style sheet's colour.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ from aerosid.reporting.figures.numbered import Figure
 from aerosid.reporting.thinning import envelope
 
 DRAWN_WHOLE = 3000
-"""Display: samples up to which a history stays whole; a browser pans so many points of every strip smoothly."""
+"""Display: samples up to which a history is not thinned; a browser pans so many points of every strip smoothly."""
 
 BINS = 1000
-"""Display: spans that a longer one is drawn in."""
+"""Display: intervals into which a longer one is thinned."""
 
 _PIXELS_PER_POINT = 2.3
-"""Display: pixels of a point: as many as keep the labels of a strip and of its residual apart."""
+"""Display: pixels per point: enough to separate the labels of a strip and of its residual."""
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}")
 
 
 def figures_json(figures: Sequence[Figure]) -> str:
-    """The figures as JSON that may stand in a `<script type="application/json">` element.
+    """The figures as JSON that is safe in a `<script type="application/json">` element.
 
     Parameters
     ----------
     figures : sequence of Figure
-        Of one page; those without a timeline are not zoomed and left out.
+        Of one page; those without a timeline cannot be zoomed and are left out.
     """
     arrays = _Arrays()
     drawn = [
@@ -61,15 +61,15 @@ def figures_json(figures: Sequence[Figure]) -> str:
 
 
 class _Arrays:
-    """Arrays by number, each kept once."""
+    """Arrays by number, each stored once."""
 
     def __init__(self) -> None:
         self.encoded: list[dict[str, str]] = []
         self._places: dict[bytes, int] = {}
 
     def add(self, values: FloatArray, dtype: str) -> int:
-        """The number of the array: f8 for times, which may count from 1970, f4 for what is seen."""
-        # A missing sample and a value beyond single precision alike leave a gap.
+        """The number of the array: f8 for times, which may count from 1970, f4 for displayed values."""
+        # A missing sample and a value beyond single precision both leave a gap.
         with np.errstate(over="ignore"):
             packed = np.ascontiguousarray(values, dtype="<" + dtype)
         raw = np.where(np.isfinite(packed), packed, np.nan).astype(packed.dtype).tobytes()
@@ -100,7 +100,7 @@ def _figure(chart: Chart, arrays: _Arrays) -> dict[str, Any]:
 
 def _axis(axis: Axis, domain: Sequence[float], anchor: str, most: int, *, quiet: bool = False) -> dict[str, Any]:
     title, small = (10, 9) if quiet else (12, 11)
-    # Of a low strip the round numbers of the still figure: those of the browser's choice are one, or touch each other.
+    # A low strip has the tick values of the still figure: the browser's own may be a single one, or overlap.
     fixed = {"tickmode": "array", "tickvals": list(axis.ticks)} if quiet else {"nticks": most}
     return {
         "title": {"text": label_html(axis.label), "font": {"size": title}},
@@ -113,7 +113,7 @@ def _axis(axis: Axis, domain: Sequence[float], anchor: str, most: int, *, quiet:
 
 
 def _traces(mark: Mark, panel: Panel, arrays: _Arrays) -> list[dict[str, Any]]:
-    """The traces that draw a mark; none for what only still pictures hold."""
+    """The traces of a mark; none for marks that only still pictures show."""
     if isinstance(mark, Line):
         x, y = envelope(mark.x, mark.y, DRAWN_WHOLE, BINS)
         line: dict[str, Any] = {"width": 1.4 * mark.width}
@@ -146,5 +146,5 @@ def _trace(role: str, panel: Panel, arrays: _Arrays, x: FloatArray, y: FloatArra
 
 
 def label_html(text: str) -> str:
-    """The label in the few tags that plotly reads in texts; whatever else it might read as one is escaped."""
+    """The label with the few tags that plotly interprets; everything else that it might interpret is escaped."""
     return _SUBSCRIPT.sub(r"<sub>\1</sub>", html.escape(text, quote=False))

@@ -1,6 +1,6 @@
-"""A sketch of the positive lateral senses: an aircraft from above, nose to the right, and from behind.
+"""A sketch of the positive lateral directions: an aircraft from above, nose to the right, and from behind.
 
-Every arrow points to where the channel that is named at it grows.
+Every arrow points in the direction in which its channel increases.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Layout of a chart's panels, and the round numbers on their axes."""
+"""Layout of a chart's panels, and round tick values on their axes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from aerosid.notation import plain
 from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Limits, Mark, Panel
 
 WIDTH = 540.0
-"""Display: width of every chart, pt: on A4 it is printed at about its own size."""
+"""Display: width of every chart, pt: printed at about this size on A4."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 60.0, 8.0, 6.0, 30.0
 """Display: pt, margins of a panel."""
 
 MOST_PLACES = 5
-"""Display: decimals at an axis; smaller steps are written with a power of ten."""
+"""Display: decimals of tick values; smaller steps are written with a power of ten."""
 
 ACROSS = 14
-"""Display: characters, subscript braces counted, of a line of a label beside a low panel; longer ones are
+"""Display: characters, including subscript braces, of a line of a label beside a low panel; longer ones are
 set upright."""
 _GAP_ACROSS, _GAP_UP = 60.0, 38.0
 """Display: pt between tiles."""
@@ -30,7 +30,7 @@ _TILE_HEIGHT = 104.0
 """Display: pt."""
 
 _TALL = 50.0
-"""Display: pt; a panel that is lower has half as many levels."""
+"""Display: pt; a lower panel has half as many tick values."""
 
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 """Display: steps of an axis, in powers of ten."""
@@ -38,9 +38,9 @@ _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 @dataclass(frozen=True)
 class Row:
-    """One strip as it is asked for: its height and the gap above it, pt, its label and limits in the unit shown.
+    """Specification of one strip: its height and the gap above it, pt, its label and limits in the unit shown.
 
-    `quiet`: it belongs to the strip above and is never parted from it.
+    `quiet`: it belongs to the strip above and is never separated from it.
     """
 
     height: float
@@ -53,7 +53,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Tile:
-    """One panel of a grid of panels as it is asked for."""
+    """Specification of one panel of a grid."""
 
     x_label: str
     y_label: str
@@ -63,7 +63,7 @@ class Tile:
 
 
 def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
-    """Strips below one another on one time axis.
+    """Strips one above the other on one time axis.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
     span : (float, float)
         First and last instant, s.
     timeline : str
-        What the time axis belongs to.
+        Identifies the common time axis.
     """
     height = _TOP + sum(row.height + row.gap for row in rows) - rows[0].gap + _BOTTOM
     instants = ticks(span, 8)
@@ -87,16 +87,16 @@ def stacked(rows: Sequence[Row], span: Limits, timeline: str) -> Chart:
 
 
 _FEW = 3
-"""Display: channels up to which a chart may be parted behind the first; of more, one alone says little."""
+"""Display: channels up to which a chart may be split after the first; of more, a single one is of little use."""
 
 
 def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
-    """A chart in two: as many of its channels or rows of panels as fit the height, pt, and the others; None where few.
+    """A chart in two: as many channels or rows of panels as fit the height, pt, and the others; None where few.
 
     Parameters
     ----------
     chart : Chart
-        As `stacked` or `tiled` makes it; the strips of one channel stay together, and each part has its own time axis.
+        From `stacked` or `tiled`; the strips of one channel stay together, and each part has its own time axis.
     height : float
         Room for the first part, pt.
     """
@@ -119,7 +119,7 @@ def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
 
 
 def _part(chart: Chart, groups: Sequence[Sequence[Panel]]) -> Chart:
-    """Some strips of a chart as one of their own, the lowest with the numbers of the time axis."""
+    """Some strips of a chart as a chart of their own, the lowest with the tick values of the time axis."""
     panels = [panel for group in groups for panel in group]
     top = panels[0].bottom + panels[0].height
     drop = panels[-1].bottom - _BOTTOM
@@ -151,7 +151,7 @@ def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HE
 
 
 def ticks(limits: Limits, most: int) -> tuple[float, ...]:
-    """Round numbers between the limits, so many spaces at most: multiples of 1, 2, 2.5 or 5 powers of 10."""
+    """Round numbers between the limits, at most so many intervals: multiples of 1, 2, 2.5 or 5 powers of 10."""
     low, high = limits
     least = (high - low) / most
     if not (least > 0.0 and math.isfinite(least)):
@@ -163,11 +163,11 @@ def ticks(limits: Limits, most: int) -> tuple[float, ...]:
 
 
 _DIGIT = 4.8
-"""Display: width of a digit at an axis, pt."""
+"""Display: width of a digit of a tick value, pt."""
 
 
 def _beside(limits: Limits, most: int, width: float) -> tuple[float, ...]:
-    """As `scale`, with fewer numbers where they would touch one another within a width, pt."""
+    """As `scale`, with fewer values where they would overlap within a width, pt."""
     for spaces in range(most, 0, -1):
         found = ticks(limits, spaces)
         texts = tick_texts(found)
@@ -178,11 +178,11 @@ def _beside(limits: Limits, most: int, width: float) -> tuple[float, ...]:
 
 
 _LINE = 7.5
-"""Display: height of a number at an axis, pt."""
+"""Display: height of a tick value, pt."""
 
 
 def _above(limits: Limits, most: int, height: float) -> tuple[float, ...]:
-    """As `scale`, the first and the last number alone where more would touch one another within a height, pt."""
+    """As `scale`, only the first and the last value where more would overlap within a height, pt."""
     found = scale(limits, most)
     if len(found) > 2 and height * (found[1] - found[0]) / (limits[1] - limits[0]) < _LINE:
         return found[0], found[-1]
@@ -190,7 +190,7 @@ def _above(limits: Limits, most: int, height: float) -> tuple[float, ...]:
 
 
 def scale(limits: Limits, most: int) -> tuple[float, ...]:
-    """As `ticks`, with more spaces where fewer than two numbers would stand: one number alone gives no scale."""
+    """As `ticks`, with more intervals where fewer than two values would result: a single one gives no scale."""
     for spaces in range(most, most + 9):
         found = ticks(limits, spaces)
         if len(found) > 1:
@@ -199,13 +199,13 @@ def scale(limits: Limits, most: int) -> tuple[float, ...]:
 
 
 def label_lines(label: str) -> tuple[str, ...]:
-    """The label of a low strip set across in two lines, symbol and unit; one line where it is short or has no unit."""
+    """The label of a low strip across two lines, symbol and unit; one line where it is short or has no unit."""
     name, bracket, unit = label.partition(" [")
     return (name, bracket.strip() + unit) if unit else (label,)
 
 
 def tick_texts(values: Sequence[float]) -> list[str]:
-    """The numbers at an axis, all with the decimals that tell neighbours apart."""
+    """The tick values as text, all with the decimals needed to distinguish neighbours."""
     if len(values) < 2:
         return [plain(value) for value in values]
     step = values[1] - values[0]
@@ -216,7 +216,7 @@ def tick_texts(values: Sequence[float]) -> list[str]:
 
 
 def limits_around(reference: FloatArray, *others: FloatArray) -> Limits:
-    """Limits that hold the reference, and of the others as much as does not press it flat."""
+    """Limits that contain the reference, and of the others as much as leaves the reference readable."""
     known = reference[np.isfinite(reference)]
     if not known.size:
         known = np.zeros(1)

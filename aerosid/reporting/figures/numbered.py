@@ -1,4 +1,4 @@
-"""The figures of a report, counted in the order in which the reader meets them."""
+"""The figures of a report, numbered in reading order."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from aerosid.reporting.figures.svg import chart_svg
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its number, its caption and a longer text for those who cannot see it.
+    """A figure with its number, its caption and a text alternative for readers who cannot see it.
 
-    `inline`: whether its drawing stands in the page's text; on paper it is drawn from the chart.
+    `inline`: whether its drawing is part of the page's text; on paper it is drawn from the chart.
     """
 
     number: int
@@ -51,9 +51,9 @@ class FigureBook:
         chart : Chart
             What is drawn.
         caption : str
-            What the reader is to see in it.
+            Caption: what the reader should see in it.
         label : str
-            What it shows, for those who cannot see it.
+            Text alternative, for readers who cannot see it.
         """
         figure = Figure(len(self.figures) + 1, chart, caption, label, self.inline)
         self.figures.append(figure)

@@ -31,7 +31,7 @@ _SMALL_FONT, _FONT = 6.5, 8.0
 """Display: pt."""
 
 _TALL = 50.0
-"""Display: pt; a panel that is lower writes its label across."""
+"""Display: pt; a lower panel has its label across."""
 
 _PART = re.compile(r"_\{(\w+)\}|([^_]+|_)")
 

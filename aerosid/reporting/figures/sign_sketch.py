@@ -1,6 +1,6 @@
-"""A sketch of the positive senses: an aircraft from the side, nose to the right, pitched up and descending.
+"""A sketch of the positive directions: an aircraft from the side, nose to the right, pitched up and descending.
 
-Every arrow points to where the channel that is named at it grows.
+Every arrow points in the direction in which its channel increases.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def sign_sketch() -> Chart:
 
 
 def _placed(shape: FloatArray) -> FloatArray:
-    """Points of the body, x forward and up, where they stand in the sketch."""
+    """Points of the body, x forward and up, in coordinates of the sketch."""
     turn = np.array([[math.cos(_PITCH), math.sin(_PITCH)], [-math.sin(_PITCH), math.cos(_PITCH)]])
     return np.asarray(shape @ turn + _CENTRE)
 
@@ -60,7 +60,7 @@ def _shape(shape: FloatArray, role: Role = "surface") -> Mark:
 
 
 def _elevator() -> list[Mark]:
-    """The elevator behind its hinge, deflected, and the angle from where it rests."""
+    """The elevator behind its hinge, deflected, and the angle of its neutral position."""
     length = 26.0
     turn = np.array([-math.cos(_DEFLECTION), math.sin(_DEFLECTION)])
     resting = _placed(np.array([_ELEVATOR_HINGE, _ELEVATOR_HINGE - (1.4 * length, 0.0)]))

@@ -1,4 +1,4 @@
-"""Strip charts: the channels of a log with their residuals and the inputs below, and d(t) with what explains it."""
+"""Strip charts: the channels of a log with their residuals and the inputs below, and d(t) with the terms' parts."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from aerosid.loop.model_validation.open_loop_errors import Simulated
-from aerosid.model_error.force_history import ErrorHistory
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory
 from aerosid.nomenclature import CHANNELS
 from aerosid.reporting.figures.chart import Band, Chart, Corridor, FloatArray, Limits, Line, Mark, Points, Role
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
 
 CHANNELS_A_CHART = 8
-"""Display: channels in one figure: a flight is compared on one sheet."""
+"""Display: channels in one figure: a flight is shown on one sheet."""
 
 TALLEST = 570.0
-"""Display: height, pt, that a figure's strips are pressed into: with legend and caption it fills a page of A4."""
+"""Display: maximum height, pt, of a figure's strips: with legend and caption it fills a page of A4."""
 
 INPUTS_DRAWN = 3
 """Display: controls under the channels at most."""
@@ -50,11 +50,11 @@ def strip_chart(
     simulated : Simulated
         One log with its simulations.
     channels, inputs : sequence of str
-        What is drawn, from the top.
+        The channels shown, from the top.
     noise : mapping of str to float
         Standard deviation of each channel's noise, SI, for the band of twice its size in the residual strip.
     corridors : mapping of str to (ndarray, ndarray)
-        Lower and upper edge (N,), SI, of what a tolerance allows a channel; NaN where none applies.
+        Lower and upper edge (N,), SI, of a channel's tolerance; NaN where none applies.
     """
     time = simulated.log.time
     natural = len(channels) * (_MAIN + _RESIDUAL + _WITHIN + _BETWEEN) + len(inputs) * (_INPUT + _BETWEEN)
@@ -80,7 +80,7 @@ def strip_chart(
 
 
 def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
-    """d(t) of each equation of one log, and what the found terms explain of it through the same estimator."""
+    """d(t) of each equation of one log, and its part explained by the found terms through the same estimator."""
     rows = []
     for history in histories:
         marks: list[Mark] = []
@@ -98,7 +98,7 @@ def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
 
 
 def _error_limits(history: ErrorHistory) -> Limits:
-    """A scale for d(t); for its band where that is the wider, lest what is uncertain look like a signal."""
+    """Limits for d(t), or for its band where that is wider, so that an uncertain d(t) does not look like a signal."""
     if history.deviation is not None:
         reach = 2.0 * float(np.nanmedian(history.deviation))
         if reach > 0.5 * float(np.nanmax(history.d) - np.nanmin(history.d)):
@@ -107,7 +107,7 @@ def _error_limits(history: ErrorHistory) -> Limits:
 
 
 def inputs_to_draw(simulated: Simulated, wanted: frozenset[str]) -> tuple[str, ...]:
-    """The inputs of a log that moved, control surfaces first, then those that the model's terms name.
+    """The inputs of a log that moved, control surfaces first, then other inputs of the model's terms.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def inputs_to_draw(simulated: Simulated, wanted: frozenset[str]) -> tuple[str, .
 
 
 def axis_label(name: str, simulated: Simulated) -> str:
-    """Symbol and unit in brackets, the symbol's subscript as `_{x}`; an unknown name of any length is cut."""
+    """Symbol and unit in brackets, the symbol's subscript as `_{x}`; an unknown name is truncated."""
     text = shown_unit(_unit(name, simulated)).text
     label = subscripted(name)
     if label == name and len(name) > _LONGEST_LABEL:
@@ -174,7 +174,7 @@ def _main_row(
 
 
 def _stretches(time: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Corridor | Line]:
-    """A faint corridor with fine edges for each stretch in which these are known."""
+    """A faint corridor with thin edges for each stretch in which the tolerance is known."""
     present = np.isfinite(low) & np.isfinite(high)
     ends = np.flatnonzero(np.diff(present.astype(np.int8), prepend=0, append=0))
     for start, stop in zip(ends[0::2], ends[1::2], strict=True):
@@ -189,7 +189,7 @@ def _residual_marks(time: FloatArray, responses: Mapping[Role, FloatArray], band
 
 
 def _residual_limits(responses: Mapping[Role, FloatArray], band: float) -> Limits:
-    """A scale that serves the completed model, so that its last misfit can be seen."""
+    """Limits chosen for the completed model, so that its remaining error is visible."""
 
     def largest(role: Role) -> float:
         residual = np.abs(responses["measured"] - responses[role]) if role in responses else np.zeros(1)

@@ -27,13 +27,13 @@ FONT_SIZE = 8.0
 """Display: pt."""
 
 _FINE = 10.0
-"""Display: histories are drawn to this share of a point, in whole numbers: two thirds of the characters of decimals."""
+"""Display: resolution of histories, per pt; whole numbers take two thirds of the characters of decimals."""
 
 _SMALL_FONT = 6.5
 """Display: pt."""
 
 _TALL = 50.0
-"""Display: pt; a panel that is lower has smaller type, and its label across."""
+"""Display: pt; a lower panel has smaller type, and its label across."""
 
 _SUBSCRIPT = re.compile(r"_\{(\w+)\}((?:(?!_\{)[^<])*)")
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
@@ -49,18 +49,18 @@ def chart_svg(chart: Chart, identity: str, label: str) -> Markup:
     identity : str
         Prefix of every id in it, different for each figure of a page.
     label : str
-        What the figure shows, for those who cannot see it.
+        Text alternative, for readers who cannot see it.
     """
     body = "".join(_panel(panel, chart.height, f"{identity}-{i}") for i, panel in enumerate(chart.panels))
     frame = Markup('<svg viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">').format(chart.width, chart.height, label)
-    # Safe: numbers, and texts that passed through `escape`.
+    # Safe: numbers, and texts passed through `escape`.
     return frame + Markup(body) + Markup("</svg>")
 
 
 def _panel(panel: Panel, height: float, identity: str) -> str:
-    """Frame, numbers, labels and marks of one panel."""
+    """Frame, tick values, labels and marks of one panel."""
     top = height - panel.bottom - panel.height
-    # Half a point more than the panel, so that a line along its edge keeps its width.
+    # Half a point larger than the panel, so that a line along its edge is not clipped.
     clip = (
         f'<clipPath id="{identity}"><rect x="{panel.left - 0.5:g}" y="{top - 0.5:g}" width="{panel.width + 1:g}" '
         f'height="{panel.height + 1:g}"/></clipPath>'
@@ -132,7 +132,7 @@ def _area(x: FloatArray, y: FloatArray, role: str) -> str:
 
 
 def _dots(mark: Points, panel: Panel, height: float) -> str:
-    """Strokes without length and with round ends, far lighter than so many circles. Of a record too long for that,
+    """Strokes of zero length with round ends, far smaller in the file than circles. For a record too long for that,
     one stroke from the smallest to the largest sample of each span.
     """
     x, y = envelope(mark.x, mark.y) if mark.ordered else (mark.x, mark.y)
@@ -159,7 +159,7 @@ def _path(x: FloatArray, y: FloatArray) -> str:
 
 
 def _whole(places: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
-    """Places as whole tenths of a point; what lies far outside the chart is brought to where browsers still count."""
+    """Positions in whole tenths of a point; far outside the chart they are limited to the range of browsers."""
     return np.rint(np.clip(_FINE * places, -1e5, 1e5)).astype(np.int64)
 
 

@@ -1,4 +1,4 @@
-"""A flight's manoeuvres for people and programs: table, JSON, cuts, segment file and a page with a picture of each."""
+"""A flight's manoeuvres as output: table, JSON, cuts, segment file and a page with a strip chart of each."""
 
 from aerosid.reporting.manoeuvres.cuts import cut_name, write_segmentation
 from aerosid.reporting.manoeuvres.listing import segmentation_json

@@ -1,4 +1,4 @@
-"""Files of a segmentation: cuts as native CSV with maps, a segment file, manoeuvres.json, a page of pictures."""
+"""Files of a segmentation: cuts as native CSV with maps, a segment file, manoeuvres.json, a page of strip charts."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ __all__ = ["cut_name", "write_segmentation"]
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _DIGITS = 9
-"""Display: digits of a cut's numbers: a clock of an hour keeps its tenth of a millisecond."""
+"""Display: digits of a cut's numbers: a time of an hour is resolved to a tenth of a millisecond."""
 
 
 def cut_name(log: FlightLog, manoeuvre: FoundManoeuvre, names: Counter[str]) -> str:
-    """`FLIGHT_3634_short_period`, numbered where two begin in one second."""
+    """`FLIGHT_3634_short_period`, numbered where two begin in the same second."""
     name = f"{log.name}_{manoeuvre.start:.0f}_{manoeuvre.kind}"
     names[name] += 1
     return name if names[name] == 1 else f"{name}_{names[name]}"
@@ -69,7 +69,7 @@ def write_segmentation(segmentation: FlightSegmentation, log: FlightLog, directo
 
 
 def _segments(segmentation: FlightSegmentation, log: FlightLog, names: list[str]) -> str:
-    """A segment file of every motion, as check, close-loop and batch take it."""
+    """A segment file of every motion, as read by check, close-loop and batch."""
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(["log", "from", "to", "role", "name"])

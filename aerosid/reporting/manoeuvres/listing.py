@@ -1,4 +1,4 @@
-"""manoeuvres.json: what is in a recording, on its own clock."""
+"""manoeuvres.json: contents of a recording, on its own clock."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _CLOCK_DIGITS = 6
 
 
 def segmentation_json(segmentation: FlightSegmentation, log: FlightLog) -> dict[str, Any]:
-    """What `aerosid find --json` prints; times in s on the recording's own clock, all else SI and radians."""
+    """The JSON document of `aerosid find --json`; times in s on the recording's own clock, all else SI and radians."""
     return {
         "schema": SCHEMA,
         "aerosid": __version__,
@@ -93,5 +93,5 @@ def _clock(seconds: float) -> float:
 
 
 def _plain(value: float) -> float | None:
-    """Seven significant digits, as a native log holds them; None where unknown."""
+    """Seven significant digits, as in a native log; None where unknown."""
     return float(f"{float(value):.7g}") if math.isfinite(value) else None

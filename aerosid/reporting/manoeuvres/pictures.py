@@ -1,4 +1,4 @@
-"""A strip chart of each manoeuvre: what was moved and what the aircraft did."""
+"""A strip chart of each manoeuvre: the inputs and the response of the aircraft."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _HEIGHT, _GAP = 46.0, 10.0
 """Display: pt, of a strip and between strips."""
 
 _MOST_POINTS = 1500
-"""Display: points of one strip at most."""
+"""Display: maximum number of points of one strip."""
 
 _LEAST_SHARE = 0.1
-"""Display: share of a channel's range in the recording that a strip shows at least, or rest would look like motion."""
+"""Display: least fraction of a channel's range in the recording that a strip spans, or rest would look like motion."""
 
 _PADDING = 1.5
-"""Display: times the lead-in that is shown to either side of a cut."""
+"""Display: shown time before and after a cut, in lead-in times."""
 
 
 def manoeuvre_chart(log: FlightLog, manoeuvre: FoundManoeuvre) -> Chart | None:
-    """Its surfaces and answers over the cut, with the manoeuvre's beginning and end; None where nothing is recorded."""
+    """Its surfaces and responses over the cut, with the manoeuvre's limits; None where nothing is recorded."""
     pad = _PADDING * max(manoeuvre.start - manoeuvre.cut_from, 0.02 * (manoeuvre.stop - manoeuvre.start))
     part = log.between(max(log.time[0], manoeuvre.cut_from - pad), min(log.time[-1], manoeuvre.cut_to + pad))
     lateral = manoeuvre.kind in _LATERAL or manoeuvre.surface in ("delta_a", "delta_r")
@@ -47,7 +47,7 @@ def overview_chart(log: FlightLog, segmentation: FlightSegmentation) -> Chart | 
 
 
 def _least_ranges(log: FlightLog, names: list[str]) -> dict[str, float]:
-    """What a strip of each channel spans at least, SI."""
+    """Least span of the strip of each channel, SI."""
     present = [name for name in names if name in log and np.isfinite(log[name]).any()]
     return {name: _LEAST_SHARE * float(np.ptp(np.nanpercentile(log[name], (0.5, 99.5)))) for name in present}
 

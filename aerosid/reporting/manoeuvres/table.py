@@ -1,4 +1,4 @@
-"""A recording's manoeuvres, printed for a person."""
+"""Table of a recording's manoeuvres for the terminal."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ __all__ = ["print_segmentation"]
 
 
 def print_segmentation(segmentation: FlightSegmentation, log: FlightLog, console: Console, rejected: bool) -> None:
-    """Prints what is in a recording, and what was not taken for a manoeuvre where asked.
+    """Prints the manoeuvres of a recording and, where wanted, the stretches rejected as manoeuvres.
 
     Parameters
     ----------
     segmentation : FlightSegmentation
     log : FlightLog
-        What it was found in.
+        The recording that was searched.
     console : Console
-        Where to.
+        Console to print on.
     rejected : bool
-        Whether the lively stretches that are no manoeuvre are listed too, each with its reason.
+        Whether active stretches that are not manoeuvres are also listed, each with its reason.
     """
     table = Table(title=f"{log.path or log.name}", title_justify="left")
     for heading in ("from [s]", "to [s]"):
@@ -63,7 +63,7 @@ def print_segmentation(segmentation: FlightSegmentation, log: FlightLog, console
 
 
 def summary(segmentation: FlightSegmentation) -> str:
-    """One sentence on what was found and where the aircraft flew, or on why nothing was sought."""
+    """One sentence on the manoeuvres and the flight conditions, or on why no search was possible."""
     if segmentation.lacking:
         names = " and ".join(f"{name} ({CHANNELS[name].name})" for name in segmentation.lacking)
         return f"No manoeuvres were searched for: the recording holds no {names}; map it in a channel map."

@@ -1,4 +1,4 @@
-"""Kinds, movements, conditions and expected standard errors of manoeuvres in the words of a table."""
+"""Kinds, movements, conditions and expected standard errors of manoeuvres as texts of a table."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ KIND_WORDS = {
 _SURFACES = {"delta_e": "elevator", "delta_a": "aileron", "delta_r": "rudder"}
 
 _WORTH_SHOWN = 6
-"""Display: manoeuvres that a sentence names at most."""
+"""Display: manoeuvres named in one sentence."""
 
 
 def surface_words(channel: str) -> str:

@@ -1,7 +1,7 @@
-"""The report on A4: the same sections as the page, set by reportlab.
+"""The report on A4: the same sections as the page, typeset by reportlab.
 
-`elements` reads a section's HTML as a tree, `blocks` turns it into paragraphs, tables and figures, `tables` sets the
-width of columns, `typeface` holds fonts and colours, and `document` puts them on numbered pages.
+`elements` parses a section's HTML to a tree, `blocks` turns it into paragraphs, tables and figures, `tables` sets the
+width of columns, `typeface` defines fonts and colours, and `document` puts them on numbered pages.
 """
 
 from aerosid.reporting.paper.document import page_pdf, report_pdf

@@ -29,18 +29,18 @@ _TEXT, _QUIET, _HEADING = 8.0, 7.0, 10.0
 """Display: pt, sizes of type."""
 
 _LEAST = 120.0
-"""Display: room, pt, that the headings and the first rows of a long table need."""
+"""Display: room, pt, needed by the headings and the first rows of a long table."""
 
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
-"""Display: pt, type and height of a figure's key."""
+"""Display: pt, type and height of a figure's legend."""
 
 _NAMES = 92.0
 """Display: width, pt, of the column of names in a list of facts."""
 _CARD, _CARD_EDGE = 363.0, 10.0
-"""Display: width of a card, pt, 128 mm of the 148 of A5, and the room inside its edge."""
+"""Display: width of a card, pt, 128 mm of the 148 of A5, and its inner margin."""
 
 _BETWEEN = 12.0
-"""Display: room between parts that stand next to one another, pt."""
+"""Display: room between adjacent parts, pt."""
 
 _SMALL = 0.62
 """Display: scale of a figure of class `small`."""
@@ -49,7 +49,7 @@ _SKIPPED = {"fieldset", "svg", "script", "style"}
 
 
 class Drawing(Flowable):
-    """A chart between its legend and its caption, shrunk to the width of the page; strips may go on overleaf."""
+    """A chart between its legend and its caption, scaled to the page's width; strips may continue on the next page."""
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class Drawing(Flowable):
         self.spaceBefore, self.spaceAfter = 6.0, 6.0
 
     def under(self, heads: Sequence[Paragraph]) -> Drawing:
-        """The same with headings above it, which it takes along to where its first strips stand."""
+        """The same with headings above it, which stay on the page of its first strips."""
         return Drawing(self.chart, self.words, self.captions, self.width, self.scale, heads)
 
     def wrap(self, *_room: float) -> tuple[float, float]:
@@ -79,7 +79,7 @@ class Drawing(Flowable):
         return self.width, self.above + self.scale * (self.chart.height + self.legend) + self.below
 
     def split(self, _width: float, room: float) -> list[Flowable]:
-        """The strips that fit the room, pt, and the others; nothing where too few fit to be worth it."""
+        """The strips that fit the room, pt, and the others; nothing where too few fit."""
         parts = parted(self.chart, (room - self.below - self.above) / self.scale - self.legend)
         if parts is None:
             return []
@@ -107,7 +107,7 @@ class Drawing(Flowable):
 
 
 def _set_out(keys: Sequence[tuple[str, str]], width: float) -> Iterator[tuple[str, str, float, int]]:
-    """Each key with where it begins, pt, and in which line."""
+    """Each legend entry with its position, pt, and its line."""
     x, line = 0.0, 0
     for role, words in keys:
         length = 24.0 + stringWidth(words, registered(), _KEY_SIZE)
@@ -125,7 +125,7 @@ def blocks(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
     element : Element
         A section's body.
     figures : mapping of str to Figure
-        The report's figures by the ids that they have in the page.
+        The report's figures by their ids in the page.
     width : float
         Of the column, pt.
     """
@@ -136,7 +136,8 @@ def blocks(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
 def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
     """The flowables with long tables and strip charts free to begin on the page of their headings.
 
-    Kept whole with its headings, a table or a chart that fits a page would leave the rest of the page before it empty.
+    A table or a chart of up to a page that stayed together with its headings would leave the rest of the page
+    before empty.
     """
     heads: list[Any] = []
     for flowable in flowables:
@@ -189,7 +190,7 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
 
 
 def _lines(facts: Sequence[tuple[Element, Element]], width: float) -> Table:
-    """Facts one below another, their names in a column of their own."""
+    """Facts one below the other, their names in a column of their own."""
     cells = [
         [Paragraph(markup(name), style(_QUIET, "muted")), Paragraph(markup(text), style(_QUIET))]
         for name, text in facts
@@ -237,7 +238,7 @@ def _lowered(element: Element) -> str:
 
 
 def _verdict(element: Element, width: float) -> Table:
-    """The verdict's box: a bar of its tone beside its sentences."""
+    """The verdict's box: a bar in the colour of the verdict beside its sentences."""
     tone = next(iter(element.classes & {"good", "fair", "poor"}), "fair")
     sentences = []
     for child in element.elements():
@@ -255,7 +256,7 @@ def _verdict(element: Element, width: float) -> Table:
 
 
 def _beside(parts: Sequence[Element], figures: Mapping[str, Figure], width: float) -> Table:
-    """Parts next to one another, each in a column of its own."""
+    """Adjacent parts, each in a column of its own."""
     column = (width + _BETWEEN) / len(parts)
     cells = [list(blocks(part, figures, column - _BETWEEN)) for part in parts]
     rules: list[Any] = [
@@ -269,7 +270,7 @@ def _beside(parts: Sequence[Element], figures: Mapping[str, Figure], width: floa
 
 
 def _card(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:
-    """A card to be cut out and taken along: whole on one sheet, in the column of an A5 sheet."""
+    """A card to be cut out: on one sheet, in the column of an A5 sheet."""
     column = min(width, _CARD)
     rules: list[Any] = [
         ("BOX", (0, 0), (-1, -1), 1.0, colours()["ink"]),

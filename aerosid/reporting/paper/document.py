@@ -22,7 +22,7 @@ from aerosid.reporting.paper.inline import markup, printable
 from aerosid.reporting.paper.typeface import colours, registered, style
 
 _PICTURE = re.compile(r'<svg [^>]*role="img".*?</svg>', re.DOTALL)
-"""The page's figures, which are drawn anew."""
+"""The page's figures, drawn again for paper."""
 
 _SIDE, _TOP, _FOOT = 15.0 * mm, 12.0 * mm, 16.0 * mm
 
@@ -33,9 +33,9 @@ def report_pdf(result: ClosedLoop, report: Report) -> bytes:
     Parameters
     ----------
     result : ClosedLoop
-        What one run of the loop found.
+        The result of close-loop.
     report : Report
-        Its sections, as `aerosid.reporting.page.compose` gives them.
+        Its sections, from `aerosid.reporting.page.compose`.
     """
     sections = [(section.title, section.name, parsed(_PICTURE.sub("", body))) for section, body in report.parts]
     foot = f"aerosid {result.version}, seed {result.seed}. Angles in degrees; in radians in result.json and the tables."
@@ -52,16 +52,16 @@ def page_pdf(page: str, figures: Sequence[Figure], version: str) -> bytes:
         HTML with a header (a paragraph of class `kind`, a title, a list of facts), sections with titles of the second
         order in `main`, and a footer.
     figures : sequence of Figure
-        Those in the page, by whose ids they stand there.
+        Those in the page, by their ids.
     version : str
-        Of aerosid.
+        Version of aerosid.
     """
     tree = parsed(_PICTURE.sub("", page[page.index("<header>") : page.index("</body>")]))
     header, main, footer = (next(tree.all(tag)) for tag in ("header", "main", "footer"))
     kind, title = (next(header.all(tag)).text().strip() for tag in ("p", "h1"))
     width = A4[0] - 2.0 * _SIDE
-    told: list[Element | str] = [child for child in header.elements() if child.tag in ("dl", "p")]
-    facts = Element("div", {}, told[1:])
+    entries: list[Element | str] = [child for child in header.elements() if child.tag in ("dl", "p")]
+    facts = Element("div", {}, entries[1:])
     sections = [(next(section.all("h2")).text(), section.attributes["id"], section) for section in main.all("section")]
     foot = " ".join(footer.text().split())
     return _sheets(kind, title, list(blocks(facts, {}, width)), sections, figures, version, foot)
@@ -80,7 +80,7 @@ def _sheets(
     width = A4[0] - 2.0 * _SIDE
     large = Paragraph(_text(title), style(18.0, bold=True, after=4.0))
     story: list[Any] = [Paragraph(_text(kind), style(8.0, "muted")), large, *head]
-    rl_config.useA85 = 0  # bytes as they are: text form takes longer and a quarter more room
+    rl_config.useA85 = 0  # binary streams: their text form is slower and a quarter larger
     by_identity = {figure.identity: figure for figure in figures}
     for heading, name, body in sections:
         story.extend(allow_breaks([_Heading(heading, name), *blocks(body, by_identity, width)]))
@@ -91,7 +91,7 @@ def _sheets(
         title=printable(f"{kind}: {title}"),
         author=f"aerosid {version}",
         lang="en",
-        invariant=1,  # no time of writing
+        invariant=1,  # no time of writing in the file
     )
     frame = Frame(_SIDE, _FOOT, width, A4[1] - _TOP - _FOOT, 0, 0, 0, 0)
     document.addPageTemplates(PageTemplate(frames=[frame]))
@@ -117,7 +117,7 @@ class _Heading(Paragraph):
 
 
 class _Numbered(Canvas):
-    """A canvas that knows how many pages there are when it writes their numbers."""
+    """A canvas that delays the page numbers until the number of pages is known."""
 
     def __init__(self, foot: str, *args: Any, **keys: Any) -> None:
         super().__init__(*args, **keys)
@@ -125,7 +125,7 @@ class _Numbered(Canvas):
         self._pages: list[dict[str, Any]] = []
 
     def showPage(self) -> None:
-        """Keeps the page until all are known."""
+        """Stores the page until the number of pages is known."""
         self._pages.append(dict(self.__dict__))
         self._startPage()  # type: ignore[attr-defined]  # reportlab's own way to number pages
 
@@ -142,15 +142,15 @@ class _Numbered(Canvas):
 
 
 def _head(result: ClosedLoop, report: Report) -> list[Any]:
-    """What the page's head says: which flights it is about, then the title block."""
+    """The head of a page: the flights, then the title block."""
     facts = [
         ("fitted on", ", ".join(log.name for log in result.identification)),
         ("validated on", ", ".join(log.name for log in result.validation) or "none"),
     ]
     if result.hold_out:
         facts.append(("held out", ", ".join(log.name for log in result.hold_out)))
-    said = "; ".join(f"{name} <b>{_text(words)}</b>" for name, words in facts)
-    line = Paragraph(f"{said[:1].upper()}{said[1:]}", style(8.0, after=2.0))
+    facts_line = "; ".join(f"{name} <b>{_text(words)}</b>" for name, words in facts)
+    line = Paragraph(f"{facts_line[:1].upper()}{facts_line[1:]}", style(8.0, after=2.0))
     return [line, *blocks(parsed(report.title), {}, A4[0] - 2.0 * _SIDE)]
 
 

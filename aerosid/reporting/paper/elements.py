@@ -11,7 +11,7 @@ _VOID = {"br", "hr", "img", "input", "meta", "link"}
 
 @dataclass
 class Element:
-    """An element with its attributes and what stands in it."""
+    """An element with its attributes and its contents."""
 
     tag: str
     attributes: dict[str, str] = field(default_factory=dict)
@@ -23,18 +23,18 @@ class Element:
         return frozenset(self.attributes.get("class", "").split())
 
     def elements(self) -> Iterator[Element]:
-        """The elements directly within."""
+        """The child elements."""
         return (child for child in self.children if isinstance(child, Element))
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Every element of that tag within, in the order of the text."""
+        """Every descendant element of that tag, in the order of the text."""
         for child in self.elements():
             if child.tag == tag:
                 yield child
             yield from child.all(tag)
 
     def text(self) -> str:
-        """The texts within, blanks as they are, a break as a vertical tab."""
+        """The texts within, blanks unchanged, a break as a vertical tab."""
         if self.tag == "br":
             return "\v"
         return "".join(child if isinstance(child, str) else child.text() for child in self.children)
@@ -62,7 +62,7 @@ class _Reader(HTMLParser):
 
 
 def parsed(html: str) -> Element:
-    """The tree of a text that our templates have written, every element closed."""
+    """The tree of a text from our own templates, in which every element is closed."""
     reader = _Reader()
     reader.feed(html)
     reader.close()

@@ -1,4 +1,4 @@
-"""Texts within a paragraph, in the markup that reportlab's paragraphs read."""
+"""Texts within a paragraph, in the markup of reportlab's paragraphs."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from aerosid.reporting.paper.elements import Element
 
 _TAGS = {"b": "b", "i": "i", "var": "i", "sub": "sub", "sup": "super", "strong": "b", "em": "i", "s": "strike"}
 _SHIFTED = {"sub": ' rise="18%" size="72%"', "super": ' rise="35%" size="72%"'}
-"""Display: shift and size of sub- and superscripts; the half em that is usual in reportlab runs into the next line."""
+"""Display: shift and size of sub- and superscripts; reportlab's usual half em overlaps the next line."""
 _BLANKS = re.compile(r"[ \t\r\n]+")
 
 
 def markup(element: Element) -> str:
-    """What stands in the element; every text is escaped, pictures are left out."""
+    """The contents of the element; every text is escaped, pictures are left out."""
     return _BLANKS.sub(" ", "".join(map(_part, element.children))).strip()
 
 
 def printable(text: str) -> str:
-    """The text with what UTF-8 cannot hold written out: a path on disk may be any bytes."""
+    """The text with characters that UTF-8 cannot encode written out: a path on disk may be any bytes."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def escaped(text: str) -> str:
-    """The text with the three characters that markup is made of as entities."""
+    """The text with the three characters of markup as entities."""
     return html.escape(text, quote=False)
 
 

@@ -1,4 +1,4 @@
-"""A table of the page on paper: columns as wide as their words need, heads repeated on every page."""
+"""A table of the page on paper: columns as wide as their words need, headings repeated on every page."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _PADDING = 3.0
 """Display: pt inside a cell."""
 
 _LONG = 12
-"""Display: rows beyond which a table may begin on one page and end on another."""
+"""Display: rows beyond which a table may continue on the next page."""
 _GUTTER = 24.0
 """Display: pt between the halves of a table set side by side."""
 _SPARE = 14.0
-"""Display: pt by which a column may be wider than it needs to be."""
-_SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers stand beside it
+"""Display: pt by which a column may exceed its need."""
+_SKIPPED = {"track", "track-head"}  # drawn by the style sheet; the numbers are in the next column
 _SCALES = (1.0, 0.94, 0.88, 0.82, 0.76)
-"""Display: scales of the type in a table, the largest first: the smallest that is still read on paper is 5.3 pt."""
+"""Display: scales of the type in a table, the largest first; the smallest legible type on paper is 5.3 pt."""
 _LONGEST_WORD = 130.0
-"""Display: width, pt, that one word may claim; a longer one, a path as a rule, is broken after its separators."""
+"""Display: maximum width, pt, of one word; a longer one, usually a path, is broken after its separators."""
 _PIECES = re.compile(r"[^/\\_.,-]+[/\\_.,-]*|[/\\_.,-]+")
 
 
@@ -57,7 +57,7 @@ class _Row:
 
 
 def table(element: Element, width: float) -> Table:
-    """The table within the given width, pt; a long narrow one in two halves side by side."""
+    """The table within the given width, pt; a long narrow one in two halves next to each other."""
     parts = _parts(element)
     lines = [[_Row(row, _cells(row, head=part.tag == "thead"))] for part in parts for row in part.all("tr")]
     columns = max((cell.column + cell.span for (row,) in lines for cell in row.cells), default=1)
@@ -85,7 +85,7 @@ def table(element: Element, width: float) -> Table:
         if i == heads - 1:
             rules.append(("LINEBELOW", (row.first, i), (last, i), 0.5, colours()["muted"]))
         if "group" in row.element.classes and i + 1 < len(lines):
-            rules.append(("NOSPLIT", (0, i), (-1, i + 1)))  # a group's name stays with its first row
+            rules.append(("NOSPLIT", (0, i), (-1, i + 1)))  # a group's name stays on the page of its first row
         if "chosen" in row.element.classes:
             rules.append(("BACKGROUND", (row.first, i), (last, i), colours()["chosen"]))
         for cell in row.cells:
@@ -99,7 +99,7 @@ def table(element: Element, width: float) -> Table:
 
 
 def _folds(lines: list[list[_Row]], heads: int) -> bool:
-    """Whether the table is long, and its rows stand by themselves: none names a group of those below it."""
+    """Whether the table is long and its rows are independent: none names a group of rows below it."""
     body = [row for (row,) in lines[heads:]]
     return len(body) > _LONG and not any(
         "group" in row.element.classes or any(cell.span > 1 for cell in row.cells) for row in body
@@ -107,7 +107,7 @@ def _folds(lines: list[list[_Row]], heads: int) -> bool:
 
 
 def _folded(lines: list[list[_Row]], heads: int, columns: int) -> list[list[_Row]]:
-    """The second half of the rows beside the first, below the same headings."""
+    """The second half of the rows next to the first, below the same headings."""
     middle = heads + (len(lines) - heads + 1) // 2
     beside = [*lines[:heads], *lines[middle:]]
     return [
@@ -133,7 +133,7 @@ def _cells(row: Element, *, head: bool) -> list[_Cell]:
 
 
 class _OneLine(Flowable):
-    """A text without markup that fits its column: most cells are, and a paragraph takes ten times as long to set."""
+    """A text without markup that fits its column, as in most cells; a paragraph takes ten times as long to typeset."""
 
     def __init__(self, text: str, its_style: Any) -> None:
         super().__init__()
@@ -145,7 +145,7 @@ class _OneLine(Flowable):
         return width, self.style.leading
 
     def draw(self) -> None:
-        """The text at its side of the column."""
+        """The text at its side of the column (left or right)."""
         self.canv.setFont(self.style.fontName, self.style.fontSize)
         self.canv.setFillColor(self.style.textColor)
         base = self.style.leading - self.style.fontSize
@@ -193,7 +193,7 @@ def _style(cell: _Cell, row: Element, scale: float = 1.0) -> Any:
 
 
 def _narrowest(rows: Sequence[Sequence[_Cell]], heads: int, columns: int) -> list[float]:
-    """What every column needs for its longest text in one line, its heading broken between words; pt."""
+    """Width of every column for its longest text in one line, with its heading broken between words; pt."""
     least, _ = _needs(rows, columns, 1.0)
     _, most = _needs(rows[heads:], columns, 1.0)
     return [max(pair) for pair in zip(least, most, strict=True)]
@@ -216,7 +216,7 @@ def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> tupl
 
 
 def _needs(rows: Sequence[Sequence[_Cell]], columns: int, scale: float) -> tuple[list[float], list[float]]:
-    """What every column needs for its longest word or number, and for its longest text in one line; pt."""
+    """Width of every column for its longest word or number, and for its longest text in one line; pt."""
     least, most = [0.0] * columns, [0.0] * columns
     for cell in (cell for cells in rows for cell in cells if cell.span == 1):
         its_style = _style(cell, _NO_ROW, scale)
@@ -224,7 +224,7 @@ def _needs(rows: Sequence[Sequence[_Cell]], columns: int, scale: float) -> tuple
         lines = [" ".join(line.split()) for line in printable(cell.element.text()).split("\v")]
         whole = max(stringWidth(line, *font) for line in lines)
         word = max((stringWidth(word, *font) for line in lines for word in line.split()), default=0.0)
-        # A number keeps its standard error in one line.
+        # A number and its standard error stay in one line.
         together = ("n" in cell.element.classes and not cell.head) or "hash" in cell.element.classes
         need = whole if together else min(word, _LONGEST_WORD)
         least[cell.column] = max(least[cell.column], need + 2.0 * _PADDING + 1.0)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from reportlab.lib.styles import ParagraphStyle
 
 TYPEFACE = "DejaVuSans"
-"""It travels with matplotlib and holds Greek, subscripts and the signs of the tables."""
+"""Bundled with matplotlib; contains Greek, subscripts and the signs of the tables."""
 
 _STYLE_SHEET = Path(__file__).parents[1] / "templates" / "style.css"
 _VARIABLE = re.compile(r"--([\w-]+): #([0-9a-f]{6})([0-9a-f]{2})?")
@@ -23,7 +23,7 @@ _VARIABLE = re.compile(r"--([\w-]+): #([0-9a-f]{6})([0-9a-f]{2})?")
 
 @cache
 def registered() -> str:
-    """The typeface, made known to reportlab in four cuts; texts without Greek would do with built-in fonts."""
+    """The typeface, registered with reportlab in four styles; built-in fonts have no Greek."""
     from reportlab.pdfbase import pdfmetrics
     from reportlab.pdfbase.ttfonts import TTFont
 
@@ -63,7 +63,7 @@ def style(
     together: bool = False,
     indent: float = 0.0,
 ) -> ParagraphStyle:
-    """A paragraph style: size, spaces before and after, indent, pt; `together` keeps it with what follows."""
+    """A paragraph style: size, space before and after, indent, pt; `together` keeps it with the next paragraph."""
     from reportlab.lib.enums import TA_LEFT, TA_RIGHT
     from reportlab.lib.styles import ParagraphStyle
 

@@ -1,9 +1,9 @@
 """Sections of the report in order: the decision first, then the evidence for it.
 
-A section is one function `context(result, figures)` in a file here, one template of its name in templates/, and one
-line in `SECTIONS`. The function gives what fills the template, or None where the result holds nothing of the kind;
-figures are taken from `figures.add(chart, caption, label)` and set by the macro `figure`. What stands in the page
-also stands in report.pdf.
+A section is one function `context(result, figures)` in a module here, one template of its name in templates/, and one
+entry in `SECTIONS`. The function returns the variables of the template, or None where the section does not apply;
+figures are made by `figures.add(chart, caption, label)` and placed by the macro `figure`. Everything in the page is
+also in report.pdf.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Context = dict[str, Any]
 
 @dataclass(frozen=True)
 class Section:
-    """One section: its anchor and template, its heading, and what fills the template."""
+    """One section: its anchor and template, its heading, and the function that fills the template."""
 
     name: str
     title: str

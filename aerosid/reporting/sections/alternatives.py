@@ -1,4 +1,4 @@
-"""Alternatives: effects that the manoeuvres cannot tell from the chosen ones."""
+"""Alternatives: effects that the manoeuvres cannot distinguish from the chosen ones."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     for effect in result.alternatives:
         groups.setdefault(effect.instead_of, []).append(effect)
     better = any(fits_better(effect) for effect in result.alternatives)
-    # The equations' margins are on the likelihood alone.
+    # The margins of the equations are in terms of the likelihood.
     priced = result.decided_by != "equations"
     return {"groups": groups, "second": result.second_opinion, "better": better, "priced": priced}

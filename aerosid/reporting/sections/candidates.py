@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.screening import RegressorPicture
+from aerosid.model_error.paper_chain.screening import RegressorPicture
 from aerosid.notation import listed, number
 from aerosid.reporting.figures.cross_plots import cross_plots
 from aerosid.reporting.figures.numbered import Figure, FigureBook
@@ -32,31 +32,31 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
 
 
 _ACROSS, _TILES = 3, 6
-"""Display: pictures in a row, and those that are drawn where no more terms entered."""
+"""Display: plots in a row, and number of plots where no more terms entered."""
 
 
 def _plots(drawn: Sequence[RegressorPicture], found: Mapping[tuple[str, str], float], figures: FigureBook) -> Figure:
     coefficients = list(dict.fromkeys(picture.coefficient for picture in drawn))
     chosen = sum(picture.chosen for picture in drawn)
-    # Rivals fill the rows that the terms that entered have begun.
+    # Rivals complete the rows begun by the terms that entered.
     room = max(_TILES, -(-chosen // _ACROSS) * _ACROSS) - chosen
     rivals = sorted((each for each in drawn if not each.chosen), key=lambda each: -abs(each.correlation))[:room]
     kept = [each for each in drawn if each.chosen or each in rivals]
     pictures = sorted(
         kept, key=lambda picture: coefficients.index(picture.coefficient)
     )  # a competing term next to the selected one
-    said = "; ".join(
+    evidence = "; ".join(
         f"{picture.coefficient} {picture.term}: slope {number(picture.slope, 3)}, correlation "
         f"{number(picture.correlation, 3)} ({_fate(picture, found)})"
         for picture in pictures
     )
     label = f"Cross-plots of d(t) against {', '.join(f'{p.coefficient} {p.term}' for p in pictures)}"
     what = "Unsmoothed model error of the recursion against single terms; slope and correlation of the points"
-    return figures.add(cross_plots(pictures), f"{what}. {said}.", label)
+    return figures.add(cross_plots(pictures), f"{what}. {evidence}.", label)
 
 
 def _fate(picture: RegressorPicture, found: Mapping[tuple[str, str], float]) -> str:
-    """What became of the candidate: the value that the tables give it, or none."""
+    """Outcome for the candidate: its value as in the tables, or none."""
     if not picture.chosen:
         return "not included"
     value = found.get((picture.coefficient, picture.term))

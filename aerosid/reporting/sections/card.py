@@ -23,7 +23,7 @@ from aerosid.reporting.flight_condition import FOOT, KNOT
 from aerosid.reporting.words import shown_unit
 
 GIVEN, FLOWN = "†", "‡"
-"""Signs of the footnotes: a limit that was given, and one taken from the flown range."""
+"""Footnote signs: a given limit, and one taken from the flown range."""
 
 _NAMES = {
     "alpha": "angle of attack",
@@ -37,10 +37,10 @@ _NAMES = {
     "q": "pitch rate",
     "r": "yaw rate",
 }
-"""What a pilot calls the quantities of the limits."""
+"""Pilots' names of the limited quantities."""
 
 _STICK = {"delta_e": ("push", "pull"), "delta_r": ("left pedal", "right pedal"), "delta_a": ("left", "right")}
-"""What a positive and a negative deflection of a surface is to a pilot."""
+"""A pilot's words for a positive and a negative deflection of a surface."""
 
 _SENSES = {
     "delta_e": "Elevator positive trailing edge down, stick forward.",
@@ -49,11 +49,11 @@ _SENSES = {
 }
 
 _PLACES = {"n_z": 2}
-"""Display: decimals on the card, as far as instruments can be read; 1 where it is not said."""
+"""Display: decimals on the card, as far as instruments can be read; 1 where not listed."""
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
-    """The card; None where nothing is to be flown."""
+    """The card; None where there is no flight to fly."""
     ahead = result.next_flight
     if ahead is None or ahead.input is None:
         return None
@@ -82,7 +82,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
 
 
 def _steps(planned: PlannedInput) -> Iterator[dict[str, str]]:
-    """Each step with the stick's direction and the load factor that it is expected to lead to."""
+    """Each step with the stick's direction and the expected load factor."""
     for step in planned.steps:
         end = step.start + step.duration
         positive, negative = _STICK[step.surface]

@@ -31,11 +31,11 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
 
 
 _BESIDE = 9
-"""Display: effects up to which they stand beside the errors on paper: more would fill a column that cannot go on
-overleaf."""
+"""Display: effects up to which they are placed beside the errors on paper: more would fill a column that cannot
+continue on the next page."""
 
 _SIDE_BY_SIDE = 3
-"""Display: coefficients whose derivatives stand next to one another."""
+"""Display: coefficients whose derivatives are next to each other."""
 
 
 def _threes(rows: Sequence[DerivativeRow]) -> list[dict[str, list[DerivativeRow]]]:
@@ -49,5 +49,5 @@ def _threes(rows: Sequence[DerivativeRow]) -> list[dict[str, list[DerivativeRow]
 
 
 def _columns(groups: Mapping[str, Sequence[DerivativeRow]]) -> dict[str, Any]:
-    """Coefficients, and row by row the derivatives of each; None below the last."""
+    """Coefficients, and row by row the derivatives of each; None after the last."""
     return {"coefficients": list(groups), "rows": list(zip_longest(*groups.values()))}

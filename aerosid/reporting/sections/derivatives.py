@@ -9,7 +9,7 @@ from aerosid.reporting.figures.numbered import FigureBook
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
-    """The derivatives, coefficient by coefficient, with where the estimate lies beside the declared value."""
+    """The derivatives, coefficient by coefficient, with the position of the estimate relative to the declared value."""
     groups: dict[str, list[dict[str, Any]]] = {}
     for row in result.derivatives:
         shift = None

@@ -9,8 +9,8 @@ from aerosid.reporting.figures.numbered import FigureBook
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
-    """The effects; nothing where none was found."""
+    """The effects; None where none was found."""
     confirmed = any(effect.evidence.confirmation is not None for effect in result.effects)
-    # A scale length is a number of moving air alone.
+    # Only effects of moving air have a scale length.
     air = any("length" in effect.parameters for effect in result.effects)
     return {"effects": result.effects, "confirmed": confirmed, "air": air} if result.effects else None

@@ -11,7 +11,7 @@ from aerosid.reporting.figures.numbered import Figure, FigureBook
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
-    """Explained shares, Theil's coefficient and whiteness of every channel, and the innovations' whiteness."""
+    """Explained variance, Theil's coefficient and whiteness of every channel, and the innovations' whiteness."""
     if not (result.coefficients or result.fit or result.innovations):
         return None
     logs: dict[str, list[FitRow]] = {}
@@ -27,7 +27,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
 
 
 def _figure(log: str, rows: list[FitRow], samples: int, figures: FigureBook) -> Figure | None:
-    """The autocorrelations of a log's residuals; nothing where every simulation diverged."""
+    """The autocorrelations of a log's residuals; None where every simulation diverged."""
     if not any(row.autocorrelation for row in rows):
         return None
     caption = (

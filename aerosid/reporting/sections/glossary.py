@@ -37,7 +37,7 @@ VARIABLES = (
     Term("C_L", "lift coefficient, across the flight path"),
     Term("C_D", "drag coefficient, along the flight path"),
 )
-"""Names in terms that are no channels."""
+"""Names in terms that are not channels."""
 
 TERMS = (
     Term("declared", "The aircraft file as given."),
@@ -92,7 +92,7 @@ TERMS = (
     Term("R²", "Fraction of the variance of the measurement explained by the simulation."),
     Term("Theil's U", "Inequality coefficient: 0 for a perfect simulation, 1 for the worst."),
 )
-"""Terms of the report in the order in which a reader meets them."""
+"""Terms of the report in reading order."""
 
 
 _SKETCHES: dict[str, tuple[Callable[[], Chart], str, str]] = {
@@ -116,7 +116,7 @@ _SKETCHES: dict[str, tuple[Callable[[], Chart], str, str]] = {
         ),
     ),
 }
-"""Of each plane of the motion: the sketch, its caption and its text."""
+"""For each plane of the motion: the sketch, its caption and its text."""
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:

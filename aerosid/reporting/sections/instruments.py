@@ -10,7 +10,7 @@ from aerosid.reporting.quality_tables import note_on_worse_channels
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
-    """The findings with what cannot be told from each; nothing where too few channels are there."""
+    """The instrument errors, each with those indistinguishable from it; None where too few channels are recorded."""
     agreement = result.kinematics
     if agreement is None:
         return None

@@ -35,15 +35,15 @@ _WORDS = {
     "cap": "control anticipation parameter CAP",
 }
 _MODES = {"dutch_roll": "Dutch roll", "coupled_roll_spiral": "coupled roll and spiral"}
-"""Names of modes that are not their key with spaces."""
+"""Names of modes that differ from their keys."""
 EXTRAPOLATED = " †"
-"""Behind a number of a mode that lasts longer than the recordings."""
+"""Mark of a number of a mode that lasts longer than the recordings."""
 
 _LEVELS = {1: "1", 2: "2", 3: "3", 4: "worse than 3"}
 
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
-    """The numbers of both models beside each other, group by group, and the control steps; None without a model."""
+    """The numbers of both models next to each other, by groups, and the control steps; None without a model."""
     if not result.linear:
         return None
     groups: dict[str, dict[str, dict[str, Parameter]]] = {}
@@ -94,9 +94,9 @@ def _groups(row: LinearRow) -> dict[str, Any]:
 def _line(
     group: str, quantity: str, found: dict[str, Parameter], models: list[str], marked: set[tuple[str, str, str]]
 ) -> dict[str, Any]:
-    """One quantity: its words and unit, and each model's number in the unit shown, marked where extrapolated."""
+    """One quantity: its name and unit, and each model's number in the unit shown, marked where extrapolated."""
     given = next(iter(found.values())).unit
-    # A natural frequency is no rate of turn: it stays in rad/s.
+    # A natural frequency is not a rate of turn: it stays in rad/s.
     unit = Unit(given, 1.0) if quantity == "frequency" else shown_unit(given)
     cells = []
     for model in models:
@@ -110,8 +110,8 @@ def _line(
 def _level(row: LinearRow, mode: str) -> str:
     """The level of a mode, marked where the mode lasts longer than the recordings."""
     beyond = any(each.name == mode and each.extrapolated for each in row.modes)
-    said = _level_text(row.levels.get(mode))
-    return said + (EXTRAPOLATED if beyond and said != MISSING else "")
+    level = _level_text(row.levels.get(mode))
+    return level + (EXTRAPOLATED if beyond and level != MISSING else "")
 
 
 def _level_text(found: Level | None) -> str:
@@ -119,18 +119,18 @@ def _level_text(found: Level | None) -> str:
     if found is None:
         return MISSING
     best, worst = found.span or (found.level, found.level)
-    said = _LEVELS[found.level]
-    return said if best == worst else f"{said} ({_LEVELS[best]} to {_LEVELS[worst]} within 2 σ)"
+    level = _LEVELS[found.level]
+    return level if best == worst else f"{level} ({_LEVELS[best]} to {_LEVELS[worst]} within 2 σ)"
 
 
 def _said(rows: Sequence[LinearRow]) -> str:
-    """What the mark means, with the length of the longest recording; empty where nothing is marked."""
+    """Meaning of the mark, with the length of the longest recording; empty where nothing is marked."""
     record = rows[0].record
     names = dict.fromkeys(_mode(mode.name) for row in rows for mode in row.modes if mode.extrapolated)
     if record is None or not names:
         return ""
     return (
         f"{EXTRAPOLATED.strip()} Extrapolated: the longest identification record lasts {number(record, 3)} s, and "
-        f"these numbers of the {listed(list(names))} tell of a longer time. They follow from the derivatives and were "
-        "not watched in flight; their standard errors do not count what the model leaves out in slower motion."
+        f"these numbers of the {listed(list(names))} refer to a longer time. They follow from the derivatives and were "
+        "not observed in flight; their standard errors do not include the model's omissions in slower motion."
     )

@@ -43,7 +43,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
 
 
 def _expected_chart(planned: PlannedInput) -> Chart:
-    """The deflection of each surface, and what is expected below it."""
+    """The deflection of each surface, and the expected response below."""
     time = planned.time
     degrees = shown_unit("rad").factor
     rows = []
@@ -71,17 +71,17 @@ def _answer(question: Question) -> str:
         now = "unknown" if question.present is None else number(question.present, 2)
         if question.expected is None:
             return f"Standard error now {now}. {question.elsewhere}"
-        said = f"Standard error now {now}, expected afterwards {number(question.expected, 2)}, "
-        said += f"required {number(question.needed, 2)}. "
-        return said + _flights(question)
+        sentence = f"Standard error now {now}, expected afterwards {number(question.expected, 2)}, "
+        sentence += f"required {number(question.needed, 2)}. "
+        return sentence + _flights(question)
     if question.expected is None or question.probability is None:
         return question.elsewhere
     likely = _per_cent(question.probability)
-    said = (
+    sentence = (
         f"Expected log-likelihood difference 2Δln L {number(question.expected, 3)}, whichever is true "
         f"(required: {number(question.needed, 3)}); one flight distinguishes them with a probability of {likely}. "
     )
-    return said + _flights(question)
+    return sentence + _flights(question)
 
 
 def _per_cent(probability: float) -> str:

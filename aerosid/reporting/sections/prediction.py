@@ -1,4 +1,4 @@
-"""Strip charts of every log, measured and simulated, the flights that were not used for the fit first."""
+"""Strip charts of every log, measured and simulated, flights not used in the fit first."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """Strip charts and errors of every log."""
     wanted = frozenset(variable for entry in result.completed_aircraft.derivatives for variable in entry.term.variables)
     groups = {(group["log"], group["role"]): group for group in by_log(result.errors, result)}
-    told = {row.role for row in headline_rows(result)}
+    headline = {row.role for row in headline_rows(result)}
     logs = []
     for simulated in sorted(result.simulated, key=lambda simulated: -ROLES.index(simulated.role)):
         rows = {row.channel: row for row in result.errors if row.log == simulated.log.name}
@@ -37,8 +37,8 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
             chart = strip_chart(simulated, channels, inputs, noise, corridors)
             label = f"Time histories of {', '.join(channels)}, their residuals, and {', '.join(inputs) or 'no input'}"
             drawn.append(figures.add(chart, _caption(simulated, channels, rows), label))
-        # The flights of the decision have their errors there.
-        errors = None if simulated.role in told else groups.get((simulated.log.name, simulated.role))
+        # The errors of the headline flights are in the decision summary.
+        errors = None if simulated.role in headline else groups.get((simulated.log.name, simulated.role))
         logs.append(
             {
                 "log": simulated.log,
@@ -53,14 +53,14 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
 
 
 def _groups(channels: Sequence[str]) -> list[Sequence[str]]:
-    """The channels in as few charts of nearly equal size as the page allows."""
+    """The channels in as few charts of nearly equal size as the page permits."""
     charts = -(-len(channels) // CHANNELS_A_CHART)
     size = -(-len(channels) // max(charts, 1)) or 1
     return [channels[i : i + size] for i in range(0, len(channels), size)]
 
 
 def _caption(simulated: Simulated, channels: Sequence[str], rows: dict[str, ErrorRow]) -> str:
-    """What the chart shows, with the numbers that the eye is to find in it."""
+    """Caption of the chart, with the numbers that it illustrates."""
     parts = []
     for channel in channels:
         name = CHANNELS[channel].name if channel in CHANNELS else channel

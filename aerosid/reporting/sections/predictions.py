@@ -12,7 +12,7 @@ from aerosid.reporting.roles import label_of
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
-    """The rows by log, the flights that were not fitted first; nothing where no predictions were made."""
+    """The rows by log, flights not used in the fit first; None where no predictions were made."""
     if not result.predictions:
         return None
     logs: dict[tuple[str, str], dict[str, dict[str, PredictionRow]]] = {}

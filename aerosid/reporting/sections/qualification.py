@@ -1,4 +1,4 @@
-"""Simulator qualification by 14 CFR Part 60, for the flights that are a manoeuvre that it names."""
+"""Simulator qualification by 14 CFR Part 60, for flights with a manoeuvre of its tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aerosid.reporting.simulator_tolerances import (
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
-    """The comparisons, flight by flight and paragraph by paragraph; nothing where no tolerance applies."""
+    """The comparisons, flight by flight and paragraph by paragraph; None where no tolerance applies."""
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for row in comparisons(result):
         groups.setdefault((row.log, row.role, row.source), []).append(row)

@@ -1,4 +1,4 @@
-"""Channel sources: which columns of the files became which channels, and what was done to them."""
+"""Channel sources: the columns of the files behind each channel, and their conversion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The residual of the declared structure: which channels it reaches, and in which equation it acts."""
+"""The residual of the declared structure: the affected channels, and the equation in which it acts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.force_history import ErrorHistory
+from aerosid.model_error.aircraft_error.force_history import ErrorHistory
 from aerosid.notation import number
 from aerosid.reporting.error_rows import note_on_unknown_noise
 from aerosid.reporting.figures.numbered import FigureBook
@@ -31,7 +31,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
 
 
 def _over_noise(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
-    """By log, how many times its noise the re-estimated declared structure leaves of each channel."""
+    """By log, the residual of each channel of the re-estimated declared structure in units of its noise."""
     times: dict[str, list[tuple[float, str]]] = {}
     for row in result.errors:
         if row.role == "identification" and row.before is not None and row.noise > 0.0:
@@ -42,7 +42,7 @@ def _over_noise(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
 
 
 def _over_variation(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
-    """By log, what the re-estimated declared structure leaves of each channel, per cent of its standard deviation."""
+    """By log, the residual of each channel of the re-estimated declared structure, per cent of its variation."""
     shares: dict[str, list[tuple[float, str]]] = {}
     for row in result.fit:
         if row.role == "identification" and row.variant == "before" and row.r2 is not None:
@@ -51,7 +51,7 @@ def _over_variation(result: ClosedLoop) -> dict[str, list[tuple[float, str]]]:
 
 
 def _equation(history: ErrorHistory) -> dict[str, Any]:
-    """How large d(t) is, when it is largest, and how much of its variance the found terms explain."""
+    """Size of d(t), time of its largest value, and the fraction of its variance that the found terms explain."""
     present = np.isfinite(history.d)
     d, time = history.d[present], history.time[present]
     spread = float(np.std(d)) if d.size else None
@@ -67,7 +67,7 @@ def _equation(history: ErrorHistory) -> dict[str, Any]:
 
 
 def _told_of(history: ErrorHistory) -> str:
-    """The found terms of one equation, and how well they follow its d(t)."""
+    """The found terms of one equation, and how well they reproduce its d(t)."""
     if history.left_its_range:
         at = history.time[np.nanargmax(np.abs(history.d))]
         return (

@@ -6,18 +6,18 @@ import math
 from typing import Any
 
 from aerosid.loop.result import ClosedLoop
-from aerosid.model_error.screening import ScreeningRow
+from aerosid.model_error.paper_chain.screening import ScreeningRow
 from aerosid.reporting.figures.numbered import FigureBook
 
 LISTED = 16
-"""Display: candidates in the report: what lies further back brought nothing; result.json holds all."""
+"""Display: candidates in the report: those further down improve nothing; result.json contains all."""
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
     """The candidates with the largest gain, those that entered the model among them; None where none was screened."""
     if not result.screening:
         return None
-    # The equations score their candidates in other columns than d(t): there is no gain to sort by.
+    # The equations score their candidates in other columns than d(t): there is no gain by which to sort.
     scored = any(row.gain for row in result.screening)
     rows = sorted(result.screening, key=_by_gain if scored else _by_partial)
     shown = [row for n, row in enumerate(rows) if n < LISTED or row.chosen]

@@ -19,11 +19,11 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.flight import simulate_outputs
-from aerosid.model_error.flight_sweep import is_seen
-from aerosid.model_error.flights_in_error import FlightsInError
-from aerosid.model_error.forward_start import forward_forces
-from aerosid.model_error.paper_chain import ChainSettings
-from aerosid.model_error.swept_model import ErrorStatistics, Sweep, SweepSettings, SweptModel
+from aerosid.model_error.flight_sweeps.flights_in_error import FlightsInError
+from aerosid.model_error.flight_sweeps.forward_start import forward_forces
+from aerosid.model_error.flight_sweeps.sweeps import is_seen
+from aerosid.model_error.flight_sweeps.swept_model import ErrorStatistics, Sweep, SweepSettings, SweptModel
+from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import finding_among
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings

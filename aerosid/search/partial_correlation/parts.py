@@ -11,7 +11,7 @@ from scipy import special
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.model_error.swept_model import Sweep, SweptModel
+from aerosid.model_error.flight_sweeps.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Part
 
 Array = NDArray[np.float64]

@@ -13,9 +13,9 @@ from aerosid.effects import BodyEffect, OutputEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.score_test import Score
-from aerosid.model_error.flight_sweep import FlightSweeps
-from aerosid.model_error.partial_correlation import correlated_alone, correlated_together, remainders
-from aerosid.model_error.swept_model import Sweep
+from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps
+from aerosid.model_error.flight_sweeps.swept_model import Sweep
+from aerosid.model_error.term_selection.partial_correlation import correlated_alone, correlated_together, remainders
 from aerosid.search.partial_correlation.parts import plain_t_ratios
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 from aerosid.signals.spectral_covariance import score_covariance

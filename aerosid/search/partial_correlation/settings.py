@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aerosid.model_error.swept_model import SweepSettings
+from aerosid.model_error.flight_sweeps.swept_model import SweepSettings
 
 
 @dataclass(frozen=True)

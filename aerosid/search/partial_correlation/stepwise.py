@@ -21,8 +21,8 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.model_error.flight_sweep import FlightSweeps, is_seen
-from aerosid.model_error.swept_model import Sweep, SweptModel
+from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps, is_seen
+from aerosid.model_error.flight_sweeps.swept_model import Sweep, SweptModel
 from aerosid.search.findings import Finding, Part, finding_among, named
 from aerosid.search.partial_correlation.parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
 from aerosid.search.partial_correlation.screening import SENSOR_EFFECTS, chords_of, screen, undisturbed_p_value

@@ -17,8 +17,8 @@ from aerosid.effects.aerodynamic_terms import rarity
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
-from aerosid.model_error.flight_sweep import FlightSweeps
-from aerosid.model_error.swept_model import Rows, Sweep, SweptModel
+from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps
+from aerosid.model_error.flight_sweeps.swept_model import Rows, Sweep, SweptModel
 from aerosid.search.partial_correlation.parts import has_plausible_apparent_mass
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
 

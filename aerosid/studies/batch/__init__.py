@@ -1,6 +1,6 @@
-"""Batch processing: the loop over a folder of manoeuvres, and tables of derivatives over them.
+"""Batch processing: close-loop on a folder of manoeuvres, and tables of derivatives over them.
 
-`logs` finds them, `one_log` is what a worker does with one, `run` gives them to workers, `table` puts repeats together.
+`logs` finds the logs, `one_log` processes one in a worker, `run` distributes them, `table` combines repeats.
 """
 
 from aerosid.studies.batch.logs import LogFile, find_logs

@@ -1,4 +1,4 @@
-"""A batch on the terminal: what failed and why, then the derivatives."""
+"""A batch on the terminal: the logs that failed with the reason, then the derivatives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def print_batch(batch: Batch, console: Console) -> None:
 
     table = Table(title=f"{batch.aircraft.name}, {len(batch.rows)} manoeuvres", title_justify="left")
     rows = [(f"{row.coefficient} {row.term}", *cells(row)) for row in batch.table]
-    # Where there is room, headings are broken into lines and numbers are not.
+    # Where there is room, headings are broken into lines but numbers are not.
     least = [max(map(len, (*heading.split(), *column))) for heading, *column in zip(headings(), *rows, strict=True)]
     roomy = sum(least) + 3 * len(least) + 1 <= console.width
     for heading, width in zip(headings(), least, strict=True):

@@ -1,4 +1,4 @@
-"""Derivatives of many manoeuvres against their condition, with error bars, beside what the aircraft file predicts."""
+"""Derivatives of many manoeuvres against flight condition, with error bars and the declared values."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from aerosid.studies.batch.table import Measured
 from aerosid.studies.batch.table_texts import UNITS
 
 DEVIATIONS = 2.0
-"""Display: half length of an error bar in reported deviations."""
+"""Display: half length of an error bar in reported standard errors."""
 
 
 def usual_abscissa(rows: Mapping[str, Mapping[str, float | None]]) -> str:
-    """Against what derivatives are drawn where nobody says: Mach number where every log holds it, else alpha."""
+    """Default abscissa of the figures: Mach number where every log contains it, else alpha."""
     numbers = [condition.get("mach") for condition in rows.values()]
     known = [value for value in numbers if value is not None]
     return "mach" if len(known) == len(numbers) and np.ptp(known) > 0.02 else "alpha"
 
 
 def condition_chart(entries: Sequence[Measured], against: str) -> Chart | None:
-    """One panel a derivative: value and error bar of each manoeuvre that shows it, the declared value as a line.
+    """One panel per derivative: value and error bar of each manoeuvre that shows it, the declared value as a line.
 
     Parameters
     ----------
@@ -36,15 +36,15 @@ def condition_chart(entries: Sequence[Measured], against: str) -> Chart | None:
 
     Returns
     -------
-    None where no manoeuvre holds that channel.
+    None where no manoeuvre contains that channel.
     """
     assert against in CONDITION
     unit = shown_unit(UNITS[against])
     across = f"{subscripted(against)} [{unit.text}]" if unit.text else against
-    told = [entry for entry in entries if entry.shown and entry.condition[against] is not None]
+    drawn = [entry for entry in entries if entry.shown and entry.condition[against] is not None]
     tiles = []
-    for coefficient, term in dict.fromkeys((entry.coefficient, entry.term) for entry in told):
-        here = [entry for entry in told if (entry.coefficient, entry.term) == (coefficient, term)]
+    for coefficient, term in dict.fromkeys((entry.coefficient, entry.term) for entry in drawn):
+        here = [entry for entry in drawn if (entry.coefficient, entry.term) == (coefficient, term)]
         x = np.array([unit.factor * float(entry.condition[against] or 0.0) for entry in here])
         y = np.array([entry.value for entry in here])
         bars = DEVIATIONS * np.array([entry.std_error for entry in here])

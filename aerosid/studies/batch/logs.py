@@ -1,4 +1,4 @@
-"""Logs of a batch: those of a folder, or those that a list names."""
+"""Logs of a batch: those of a folder, or those listed in a file."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class LogFile:
     Attributes
     ----------
     path : str
-        As it is opened: the recording, or a span of it as LOG@FROM:TO.
+        The recording, or a span of it as LOG@FROM:TO.
     name : str
-        By which tables call it, and the folder of its report: its path below the batch's folder without the suffix,
-        with it where two logs would have the same.
+        Its name in tables, and the folder of its report: its path below the batch's folder without the suffix, or with
+        the suffix where two logs would have the same name.
     content : str
-        Hash of its bytes and of its channel map: a result holds for these.
+        Hash of its bytes and of its channel map: a result is valid for these.
     """
 
     path: str
@@ -36,22 +36,22 @@ class LogFile:
 
     @property
     def key(self) -> str:
-        """By which its result is known again."""
+        """Key of its result in the journal."""
         return f"{self.name}|{self.content}"
 
 
 def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -> tuple[LogFile, ...]:
-    """The logs of a folder and the folders in it, sorted; those that a text file lists, in its order; or a single one.
+    """The logs of a folder and its subfolders, sorted; those listed in a text file, in its order; or a single one.
 
     Parameters
     ----------
     source : Path
-        A folder; a file with one path or LOG@FROM:TO a line, relative to its own folder, `#` begins a comment; a
+        A folder; a file with one path or LOG@FROM:TO per line, relative to its own folder, `#` begins a comment; a
         segment file; a recording, or LOG@FROM:TO.
     channels : Path, optional
         The channel map for all of them.
     but_in : Path, optional
-        A folder that is left out: where the results go.
+        A folder that is skipped: that of the results.
 
     Raises
     ------
@@ -94,9 +94,9 @@ def _named_as_a_log(path: Path) -> bool:
 
 
 def _lone(source: Path) -> Span | None:
-    """The recording, or the span of one, that a path is itself; None where it lists others, or is nothing of either.
+    """The recording, or the span of one, given by a path itself; None where it is a list or neither.
 
-    A list is told from a recording in text by its first line, which names a log.
+    A list is distinguished from a recording in text by its first line, which names a log.
     """
     span = parse_span(source)
     if not span.path.is_file() or not _named_as_a_log(span.path):
@@ -106,12 +106,12 @@ def _lone(source: Path) -> Span | None:
         if first is None or _named_as_a_log(parse_span(first).path):
             return None
         return None if (span.path.parent / first).is_file() else span
-    except (UsageError, OSError, ValueError):  # bytes that are no text, or a text that is no path
+    except (UsageError, OSError, ValueError):  # bytes that are not text, or a text that is not a path
         return span
 
 
 def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[LogFile, ...]:
-    """The elevator manoeuvres that are found in each log, in the log's place.
+    """The elevator manoeuvres found in each log, in place of the log.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[
     Raises
     ------
     LogError
-        Where a log cannot be read, or not one manoeuvre is found in all of them.
+        Where a log cannot be read, or no manoeuvre is found in any of them.
     """
     found = []
     for entry in logs:
@@ -178,7 +178,7 @@ def _names(paths: Sequence[Path], root: Path) -> list[str]:
 
 
 def _below(path: Path, root: Path) -> str:
-    """The path below the batch's folder, with no step upwards: it names a folder of results as well."""
+    """The path below the batch's folder, without upward steps: it is also the name of a folder of results."""
     try:
         below = path.resolve().relative_to(root.resolve())
     except ValueError:
@@ -194,5 +194,5 @@ def _content(path: Path, channels: Path | None) -> str:
         if mapping is not None:
             content.update(b"map" + mapping.read_bytes())
     except (OSError, LogError):
-        content.update(b"unreadable")  # the run itself says why, and begins anew once it can be read
+        content.update(b"unreadable")  # the run reports the reason, and repeats the log once it can be read
     return content.hexdigest()

@@ -1,4 +1,4 @@
-"""Batch processing of one log: its loop, its report, and the numbers that tables need."""
+"""Batch processing of one log: its loop, its report, and the numbers for the tables."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from aerosid.studies.journal import Row
 from aerosid.studies.settings import BATCH
 
 CONDITION = ("V", "h", "mach", "alpha", "mass")
-"""Channels that say at which condition a manoeuvre began, SI; the mass is the one it was reduced with."""
+"""Channels that define the flight condition at the start of a manoeuvre, SI; the mass is that of the evaluation."""
 
 
 @dataclass(frozen=True)
 class BatchTask:
-    """All that the logs of a batch share; sent to workers.
+    """Data shared by all logs of a batch; sent to workers.
 
     Attributes
     ----------
     paths : mapping of str to (path, name)
-        Each item's log.
+        The log of each item.
     aircraft : Aircraft
     channels : Path or None
         The channel map for all logs.
     reports : Path or None
-        Where each log's report goes, in a folder of its name; None: none is written.
+        Parent folder of the logs' reports; None: no reports are written.
     settings : LoopSettings
     """
 
@@ -48,7 +48,7 @@ class BatchTask:
 
 
 def close_one(task: BatchTask, key: str) -> Row:
-    """The result of one log: verdict, effects, derivatives, condition and errors, as JSON holds them.
+    """The result of one log: verdict, effects, derivatives, condition and errors, as a JSON object.
 
     Raises
     ------
@@ -63,12 +63,12 @@ def close_one(task: BatchTask, key: str) -> Row:
     require_manoeuvre(log)
     result = close_loop([log], task.aircraft, settings=task.settings)
     if task.reports is not None:
-        write_report(result, task.reports / name, interactive=False)  # 5 MB less a log
+        write_report(result, task.reports / name, interactive=False)  # saves 5 MB per log
     return summary_row(result)
 
 
 def summary_row(result: ClosedLoop) -> Row:
-    """What tables over manoeuvres need of one loop."""
+    """The numbers of one loop for tables over manoeuvres."""
     (log,) = result.identification
     return {
         "sha256": log.sha256,
@@ -111,7 +111,7 @@ def summary_row(result: ClosedLoop) -> Row:
 
 
 def _at_first(log: FlightLog, name: str) -> float | None:
-    """Mean over the first second, of at least five samples; None where the channel is not there."""
+    """Mean over the first second, of at least five samples; None where the channel was not recorded."""
     if name not in log:
         return None
     present = np.isfinite(log[name])

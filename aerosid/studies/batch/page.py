@@ -1,4 +1,4 @@
-"""batch.html: what was done, what failed, and derivatives over manoeuvres, in one file that loads nothing."""
+"""batch.html: the logs, the failures, and derivatives over manoeuvres, in one file that loads nothing."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def page_html(batch: Batch, figure: Figure | None) -> str:
     ----------
     batch : Batch
     figure : Figure or None
-        As `drawn_figure` gives it.
+        From `drawn_figure`.
     """
     template = page_environment(_TEMPLATES).get_template("batch.html")
     return template.render(
@@ -44,7 +44,7 @@ def page_html(batch: Batch, figure: Figure | None) -> str:
 
 
 def drawn_figure(batch: Batch, against: str | None = None) -> Figure | None:
-    """Derivatives against a condition; None where no log holds it.
+    """Derivatives against a condition; None where no log contains it.
 
     Parameters
     ----------

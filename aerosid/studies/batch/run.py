@@ -1,4 +1,4 @@
-"""Batch run: the loop closed on many logs, each on its own, whatever becomes of the others."""
+"""Batch run: close-loop on many logs, each independent of the failures of others."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from aerosid.studies.source_digest import source_state
 from aerosid.studies.workers import EVERY_CORE, FAILURE, Workers, work_off
 
 JOURNAL = "batch.journal"
-"""Name of the file that holds the results; with it in place a batch goes on where it stopped."""
+"""Name of the journal; where it exists an interrupted batch continues."""
 
 REPORTS = "manoeuvres"
 """Name of the folder of the logs' own reports."""
@@ -48,11 +48,11 @@ class Batch:
     logs : tuple of LogFile
         All of them, in order.
     rows : mapping of str to dict
-        `one_log.summary_row` of each log that could be used, by its name.
+        `one_log.summary_row` of each usable log, by its name.
     failures : mapping of str to str
-        Why the others could not, by the name of the log.
+        Reason why a log could not be used, by its name.
     reports : bool
-        Whether each log has its own report.
+        Whether each log has a report of its own.
     """
 
     aircraft: Aircraft
@@ -68,7 +68,7 @@ class Batch:
 
     @property
     def conditions(self) -> dict[str, int]:
-        """The number of each log's condition."""
+        """The number of each log's flight condition."""
         return conditions(self.rows)
 
     @property
@@ -94,7 +94,7 @@ def run_batch(
     announce: Callable[[int, int], None] = lambda _all, _done: None,
     tick: Callable[[int], None] = lambda _logs: None,
 ) -> Batch:
-    """Every log's loop, finished; logs whose results `directory` holds already are not done again.
+    """The loops of all logs, completed; logs with results in `directory` are not repeated.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def run_batch(
     aircraft : Aircraft
         The declared model of all of them.
     directory : Path
-        Where the journal and the logs' reports go.
+        Folder of the journal and of the logs' reports.
     channels : Path, optional
         The channel map for all logs.
     settings : LoopSettings
@@ -110,14 +110,14 @@ def run_batch(
         Whether each log gets a report of its own.
     workers : Workers
     announce, tick : callable
-        Told how many logs there are and are done, then how many were finished since the last call.
+        Called with the number of logs and of those done, then with the number completed since the last call.
 
     Raises
     ------
     UsageError
-        Where the folder holds the results of another batch.
+        Where the folder contains the results of another batch.
     LogError
-        Where not one log could be used.
+        Where no log could be used.
     """
     paths = {log.key: (log.path, log.name) for log in logs}
     task = BatchTask(paths, aircraft, channels, directory / REPORTS if reports else None, settings)
@@ -134,12 +134,12 @@ def run_batch(
 
 
 def lost_rows(lost: Mapping[str, str]) -> dict[str, Row]:
-    """Failures that are no result: a log whose worker died is tried again the next time."""
+    """Failures that are not results: a log whose worker process died is tried again in the next run."""
     return {key: {FAILURE: reason} for key, reason in lost.items()}
 
 
 def _identity(aircraft: Aircraft, settings: LoopSettings, reports: bool) -> str:
-    """By which results are known to belong to this batch; each log's own content stands in its key."""
+    """Identification of the results of this batch; each log's own content is part of its key."""
     state = {"aerosid": __version__, "sources": source_state()}
     what = {**state, "aircraft": aircraft.sha256, "settings": repr(settings), "reports": reports}
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()

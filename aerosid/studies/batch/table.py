@@ -16,14 +16,14 @@ from aerosid.studies.settings import BATCH
 
 FloatArray = NDArray[np.float64]
 Structure = tuple[tuple[str, str, str], ...]
-"""Kind, place and term of each effect that a model holds beside the declared ones."""
+"""Kind, place and term of each effect of a model in addition to the declared terms."""
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """How near two manoeuvres' conditions must be to count as repeats.
+    """Tolerances within which two manoeuvres' conditions count as repeats.
 
-    `airspeed` as a share of it; `altitude` m; `mach`; `alpha` rad.
+    `airspeed` as a fraction; `altitude` m; `mach`; `alpha` rad.
     """
 
     airspeed: float = 0.03
@@ -68,24 +68,24 @@ class TableRow:
     group : int
         Number of the condition, from 1.
     manoeuvres : int
-        That show it; those that hold too little information on it are left out.
+        Manoeuvres that show it; those with too little information on it are excluded.
     left_out : int
     value : float or None
-        Mean, weighted with the reported deviations; None where no manoeuvre shows it.
+        Mean, weighted by the inverse squares of the reported standard errors; None where no manoeuvre shows it.
     std_error : float or None
-        Of one manoeuvre: root mean square of the corrected deviations.
+        Of one manoeuvre: root mean square of the corrected standard errors.
     scatter : float or None
         Standard deviation between the repeats; None for a single one.
     condition : mapping of str to float or None
         Means over the manoeuvres.
     structure : int
-        Number of the structure, from 1: what the model lacked in all of these manoeuvres. Others have their own rows,
-        for an estimate beside another structure is of another quantity.
+        Number of the structure, from 1: the effects identified in all of these manoeuvres. Other structures have
+        rows of their own, since an estimate beside other terms is of another quantity.
     heterogeneity : float or None
-        Cochran's Q: squared distances of the estimates from their weighted mean in units of their deviations; None for
-        a single one.
+        Cochran's Q: squared distances of the estimates from their weighted mean in units of their standard errors; None
+        for a single one.
     p_value : float or None
-        Of a Q as great among estimates of one number (chi-squared with n - 1 degrees of freedom).
+        Probability of a Q as great for estimates of one value (chi-squared with n - 1 degrees of freedom).
     """
 
     coefficient: str
@@ -104,17 +104,17 @@ class TableRow:
 
     @property
     def homogeneous(self) -> bool:
-        """Whether the repeats may be estimates of one number: otherwise their mean is none that an aircraft has."""
+        """Whether the repeats are consistent with one value; otherwise their mean has no physical meaning."""
         return self.p_value is None or self.p_value >= BATCH.alike
 
     @property
     def honest(self) -> float | None:
-        """Scatter over reported deviation: about 1 where the deviations are true."""
+        """Scatter over reported standard error: about 1 where the standard errors are correct."""
         return None if self.scatter is None or not self.std_error else self.scatter / self.std_error
 
 
 def measured(rows: Mapping[str, Row]) -> tuple[Measured, ...]:
-    """Every derivative of every manoeuvre that has a value and a deviation.
+    """Every derivative of every manoeuvre with a value and a standard error.
 
     Parameters
     ----------
@@ -140,9 +140,9 @@ def measured(rows: Mapping[str, Row]) -> tuple[Measured, ...]:
 
 
 def conditions(rows: Mapping[str, Row], likeness: Likeness = Likeness()) -> dict[str, int]:
-    """The number of each log's condition, from 1 by rising airspeed and altitude.
+    """The number of each log's condition, from 1 by increasing airspeed and altitude.
 
-    A log joins the first condition whose mean it is like.
+    A log joins the first condition with a mean within the tolerances.
     """
     groups: list[list[str]] = []
     for log in sorted(rows, key=lambda name: (_sortable(rows[name]["condition"]), name)):
@@ -156,12 +156,12 @@ def conditions(rows: Mapping[str, Row], likeness: Likeness = Likeness()) -> dict
 
 
 def structure_of(row: Row) -> Structure:
-    """What the model of a manoeuvre holds beside the declared one: kind, place and term of each effect, sorted."""
+    """The effects of a manoeuvre's model in addition to the declared ones: kind, place and term of each, sorted."""
     return tuple(sorted((effect["kind"], effect["where"], effect["term"]) for effect in row["effects"]))
 
 
 def structures(rows: Mapping[str, Row]) -> dict[Structure, int]:
-    """The number of each structure, from 1: the commonest first, the simpler of two as common."""
+    """The number of each structure, from 1: the most frequent first, the simpler one of two with equal frequency."""
     counts = Counter(structure_of(row) for row in rows.values())
     ordered = sorted(counts, key=lambda structure: (-counts[structure], len(structure), structure))
     return {structure: number for number, structure in enumerate(ordered, start=1)}
@@ -172,7 +172,7 @@ def derivative_table(rows: Mapping[str, Row], likeness: Likeness = Likeness()) -
 
     Notes
     -----
-    Only estimates of like models are put together: C_m alpha beside a term in alpha^2 is the slope at alpha = 0,
+    Only estimates of equal structures are combined: C_m alpha beside a term in alpha^2 is the slope at alpha = 0,
     without it a mean slope, and the average of the two is neither.
     """
     group_of, number_of = conditions(rows, likeness), structures(rows)
@@ -193,14 +193,14 @@ _COEFFICIENTS = ("C_X", "C_D", "C_Z", "C_L", "C_m")
 
 
 def _row(here: Sequence[Measured], number: int, structure: int) -> TableRow:
-    told = [m for m in here if m.shown]
+    shown = [m for m in here if m.shown]
     value = std_error = scatter = heterogeneity = p_value = None
-    if told:
-        values, errors = np.array([m.value for m in told]), np.array([m.std_error for m in told])
+    if shown:
+        values, errors = np.array([m.value for m in shown]), np.array([m.std_error for m in shown])
         weights = 1.0 / np.maximum(errors, 1e-300) ** 2
         value = float(weights @ values / weights.sum())
         std_error = float(np.sqrt(np.mean(errors**2)))
-        if len(told) > 1:
+        if len(shown) > 1:
             scatter = float(values.std(ddof=1))
             heterogeneity, p_value = homogeneity(values, errors)
     first = here[0]
@@ -209,12 +209,12 @@ def _row(here: Sequence[Measured], number: int, structure: int) -> TableRow:
         term=first.term,
         declared=first.declared,
         group=number,
-        manoeuvres=len(told),
-        left_out=len(here) - len(told),
+        manoeuvres=len(shown),
+        left_out=len(here) - len(shown),
         value=value,
         std_error=std_error,
         scatter=scatter,
-        condition=_mean([m.condition for m in told or here]),
+        condition=_mean([m.condition for m in shown or here]),
         structure=structure,
         heterogeneity=heterogeneity,
         p_value=p_value,

@@ -21,7 +21,7 @@ _SPECIAL |= {character: f"\\{character}" for character in "&%$#_{}"}
 
 
 def table_csv(table: Sequence[TableRow]) -> str:
-    """One line for each derivative at each condition, SI; empty where there is no number."""
+    """One line for each derivative at each condition, SI; empty where a number is unknown."""
     header = ["coefficient", "term", "declared", "value", "std_error", "scatter", "manoeuvres", "left_out", "condition"]
     header += ["structure", "cochran_q", "p_homogeneous"]
     header += [f"{name} [{UNITS[name]}]" for name in CONDITION]
@@ -60,7 +60,7 @@ def _csv(header: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
 
 
 def condition_words(row: TableRow) -> list[str]:
-    """V, h, mach, alpha and mass of a row as a person reads them, a dash where not recorded."""
+    """V, h, mach, alpha and mass of a row in display units, a dash where not recorded."""
     shown = []
     for name in CONDITION:
         value = row.condition[name]
@@ -72,7 +72,7 @@ def condition_words(row: TableRow) -> list[str]:
 
 
 def structure_words(structure: Structure) -> str:
-    """What a structure holds beside the declared model, in the names of the files."""
+    """The effects of a structure in addition to the declared model, in the names of the files."""
     names = [
         f"{where} {term}" if kind == "aero_term" else f"{kind.replace('_', ' ')} of {where}".removesuffix(" of ")
         for kind, where, term in structure
@@ -88,7 +88,7 @@ def headings() -> list[str]:
 
 
 def cells(row: TableRow) -> list[str]:
-    """A row of the printed tables but for the derivative's name."""
+    """A row of the printed tables without the derivative's name."""
     return [
         notation.number(row.declared, 4),
         notation.with_deviation(row.value, row.std_error),
@@ -123,7 +123,7 @@ NOTE = (
 
 
 def table_latex(table: Sequence[TableRow]) -> str:
-    """The table in LaTeX, of plain `tabular`: needs no package."""
+    """The table in LaTeX, as a plain `tabular` without packages."""
     columns = "l" + "r" * (len(headings()) - 1)
     lines = [rf"\begin{{tabular}}{{{columns}}}", r"\hline"]
     lines.append(" & ".join(_escaped(heading) for heading in headings()) + r" \\")
@@ -140,7 +140,7 @@ _RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)
 
 
 def _escaped(text: str) -> str:
-    """A text as LaTeX sets it."""
+    """A text escaped for LaTeX."""
     out, raised = [], ""
     for character in [*text, ""]:
         if character in _RAISED and character:

@@ -1,4 +1,4 @@
-"""Write the tables over manoeuvres: all of them, or none under its final name."""
+"""Writing of the tables over manoeuvres: all of them, or none under its final name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCHEMA = 1
 
 
 def batch_json(batch: Batch) -> dict[str, Any]:
-    """What batch.json holds: every log with its verdict, effects and derivatives, and why others could not be used."""
+    """Contents of batch.json: every log with its verdict, effects and derivatives, and the failures with reasons."""
     group_of, structure_number = batch.conditions, batch.structures
     return {
         "schema": SCHEMA,
@@ -40,7 +40,7 @@ def write_batch(batch: Batch, directory: Path, against: str | None = None) -> tu
     Parameters
     ----------
     against : str, optional
-        V, h, mach, alpha or mass: what derivatives are drawn against.
+        V, h, mach, alpha or mass: abscissa of the figures of derivatives.
 
     Raises
     ------

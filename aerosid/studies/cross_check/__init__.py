@@ -1,4 +1,4 @@
-"""The loop judged by JSBSim: the paper's flight, stock aircraft with their true derivatives, and injected effects."""
+"""Validation of close-loop with JSBSim: the paper's flight, aircraft with known derivatives, and injected effects."""
 
 from __future__ import annotations
 

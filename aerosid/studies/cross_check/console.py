@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def print_cross_check(result: CrossCheck, console: Console) -> None:
-    """Print a line for each aircraft, and what was not named."""
+    """Print a line for each aircraft, and the effects that were not identified."""
     print_table(views.overview(result.aircraft), console)
     if result.sideways:
         print_table(views.sideways_overview(result.sideways), console)

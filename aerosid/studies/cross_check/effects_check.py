@@ -30,20 +30,20 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class PlantedFlight:
-    """One effect and the flight that it is planted in.
+    """One effect and the flight into which it is injected.
 
     Attributes
     ----------
     effect : str
-        As --effect takes it.
+        In the notation of --effect.
     kinds : tuple of str
-        What may name it.
+        Effects that count as its identification.
     aircraft : str
         An aircraft file's name, or one of JSBSim's.
     altitude : float
         m.
     shape, amplitude : str, float
-        The elevator's.
+        Amplitude of the elevator.
     """
 
     effect: str
@@ -62,7 +62,7 @@ PLANTED = (
     PlantedFlight("control_lag=0.15", ("control_lag",)),
     PlantedFlight("control_delay=0.09", ("control_delay",)),
     PlantedFlight("control_rate_limit=0.3", ("control_rate_limit",)),
-    # Two levels of the same size are only a weaker elevator to a dead band.
+    # To a dead band, two levels of the same size would only be a weaker elevator.
     PlantedFlight("control_deadband=0.01", ("control_deadband",), shape="multisine"),
     PlantedFlight("sensor_bias:alpha=0.01", ("sensor_bias",)),
     PlantedFlight("sensor_scale:alpha=1.1", ("sensor_scale",)),
@@ -78,12 +78,12 @@ PLANTED = (
     PlantedFlight("stall_hysteresis=0.04,0.1,0.15,-0.02", ("flow_separation",)),
     PlantedFlight("turbulence=3", ("gust",)),
 )
-"""The first is nothing at all: nothing may be missing then."""
+"""The first is no effect at all: nothing may be identified then."""
 
 
 @dataclass(frozen=True)
 class EffectCheck:
-    """What the loop said of a planted effect.
+    """Result of the loop for a planted effect.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class EffectCheck:
     named, alternatives : tuple of str
         Effects as text, most certain first.
     outcome : Outcome or None
-        None where nothing was planted.
+        None where no effect was planted.
     """
 
     planted: PlantedFlight
@@ -103,7 +103,7 @@ class EffectCheck:
 
 
 def check_effect(planted: PlantedFlight, seed: int) -> EffectCheck:
-    """Plant an effect in a flight with usual sensor noise and close the loop on it."""
+    """Plant an effect in a flight with usual sensor noise and run close-loop on it."""
     effects = (parse_effect(planted.effect),) if planted.effect else ()
     flown: Aircraft | str
     if planted.aircraft in CONDITIONS:
@@ -126,7 +126,7 @@ def check_effect(planted: PlantedFlight, seed: int) -> EffectCheck:
 
 
 def judge(planted: PlantedFlight, effects: tuple[InjectedEffect, ...], result: ClosedLoop) -> Outcome:
-    """Whether the loop's answer names the planted effect, in its place where it has one."""
+    """Whether the loop's result contains the planted effect, at its place where it has one."""
 
     def fits(kind: str, where: str, term: str) -> bool:
         (effect,) = effects
@@ -143,7 +143,7 @@ def judge(planted: PlantedFlight, effects: tuple[InjectedEffect, ...], result: C
 
 
 def check_effects(seed: int, tick: Callable[[int], None]) -> tuple[EffectCheck, ...]:
-    """All of `PLANTED`; `tick` is told of each."""
+    """All of `PLANTED`; `tick` is called after each."""
     checks = []
     for planted in PLANTED:
         checks.append(check_effect(planted, seed))

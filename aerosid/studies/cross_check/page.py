@@ -81,7 +81,7 @@ def _pages(result: CrossCheck) -> list[Page]:
 
 
 def _lateral_page(checks: Sequence[SidewaysCheck]) -> list[Page]:
-    """The lateral axes of all aircraft; none where these were not flown."""
+    """The lateral axes of all aircraft; empty where these were not flown."""
     if not checks:
         return []
     tables = [views.sideways_overview(checks), *(views.sideways_view(check) for check in checks)]

@@ -1,4 +1,4 @@
-"""Tables 3 and 4 of Parameswaran & Raol 1994 from a flight of JSBSim, whose alpha^2 terms nobody declared."""
+"""Tables 3 and 4 of Parameswaran & Raol 1994 from a flight of JSBSim with undeclared alpha^2 terms."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from aerosid.studies.paper.table4 import NoiseLevel, make_table4
 
 @dataclass(frozen=True)
 class PaperFlight:
-    """Both tables, and how far JSBSim's states lie from our own integration of (33)-(36).
+    """Both tables, and the differences of JSBSim's states from our own integration of (33)-(36).
 
     Attributes
     ----------
     agreement : dict of str to float
-        Greatest difference over peak-to-peak, by state.
+        Greatest difference divided by the peak-to-peak value, by state.
     table3 : tuple of Correlation
     table4 : tuple of NoiseLevel
     """
@@ -64,7 +64,7 @@ def check_paper(seeds: int, tick: Callable[[int], None]) -> PaperFlight:
     seeds : int
         Noise seeds per signal-to-noise ratio of table 4.
     tick : callable
-        Told of each record that is done.
+        Called after each record.
     """
     flight, reference = flown_by_jsbsim(), reference_flight()
     spread = np.ptp(reference.states, axis=0)

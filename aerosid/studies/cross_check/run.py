@@ -1,4 +1,4 @@
-"""The whole cross-check, step by step."""
+"""All steps of the cross-check."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from aerosid.studies.paper.table4 import SNRS
 
 AIRCRAFT = ("L410", "DHC6", "c310", "t6texan2", "fokker50", "737")
 AMPLITUDE = 0.04
-"""Design: rad, of the elevator: alpha moves by 2 to 4 degrees."""
+"""Design: rad, of the elevator: alpha varies by 2 to 4 degrees."""
 
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """What the cross-check found.
+    """Result of the cross-check.
 
     Attributes
     ----------
     jsbsim : str
-        Version.
+        Version of JSBSim.
     seed : int
     seeds : int
-        Of table 4.
+        Seeds of table 4.
     amplitude : float
-        Of the stock aircraft's manoeuvres, rad.
+        Of the manoeuvres of JSBSim's aircraft, rad.
     paper : PaperFlight
     aircraft : tuple of StockCheck
     effects : tuple of EffectCheck
@@ -50,7 +50,7 @@ class CrossCheck:
 
 
 def steps(aircraft: Sequence[str], seeds: int) -> int:
-    """How often `cross_check` ticks."""
+    """Number of calls of `tick` by `cross_check`."""
     return 1 + seeds * sum(snr is not None for snr in SNRS) + 2 * len(aircraft) + len(PLANTED)
 
 
@@ -62,12 +62,12 @@ def cross_check(
     seeds: int = 50,
     tick: Callable[[int], None] = lambda _steps: None,
 ) -> CrossCheck:
-    """Paper, stock aircraft and injected effects, all flown by JSBSim.
+    """The paper, JSBSim's aircraft and injected effects, all simulated by JSBSim.
 
     Parameters
     ----------
     aircraft : sequence of str
-        Of JSBSim, with a known flight condition.
+        Aircraft of JSBSim, with a known flight condition.
     amplitude : float
         rad.
     seed : int
@@ -75,12 +75,12 @@ def cross_check(
     seeds : int
         Noise records per signal-to-noise ratio in table 4.
     tick : callable
-        Told how many steps are done.
+        Called after each step.
 
     Raises
     ------
     UsageError
-        Where JSBSim is missing, an aircraft has no known condition, or a number makes no check.
+        Where JSBSim is missing, an aircraft has no known condition, or a number is out of range.
     """
     require_jsbsim()
     if seeds < 2:

@@ -1,4 +1,4 @@
-"""One aircraft of JSBSim in its lateral axes: fly it, close the loop, compare with its true derivatives."""
+"""Lateral check of one aircraft of JSBSim: simulation, close-loop, comparison with the true derivatives."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from aerosid.studies.jsbsim.stock import CONDITIONS
 from aerosid.studies.settings import CROSS_CHECK
 
 _UNIT, _INTERVAL = 1.0, 0.04
-"""Design: s; half the doublets, and between samples."""
+"""Design: s; half the doublets, and the sampling interval."""
 
 _SPANWISE = {"p_hat": "p", "r_hat": "r"}
 
 
 @dataclass(frozen=True)
 class SidewaysCheck:
-    """What the lateral cross-check of one aircraft shows.
+    """Result of the lateral cross-check of one aircraft.
 
     Attributes
     ----------
@@ -37,10 +37,10 @@ class SidewaysCheck:
     flown : mapping of str to (float, float)
         Ranges of beta, aileron and rudder [rad], p and r [rad/s] of the identification flight.
     result : ClosedLoop
-        Of the declared model in C_Y, C_l and C_n alone: V, alpha, q and theta are measured.
+        For the declared model in C_Y, C_l and C_n only: V, alpha, q and theta are measured.
     rows : tuple of Compared
     errors : tuple of ErrorRow
-        On the flight that was only predicted.
+        On the hold-out flight.
     """
 
     name: str
@@ -53,7 +53,7 @@ class SidewaysCheck:
 
 
 def check_sideways(name: str, amplitude: float, seed: int) -> SidewaysCheck:
-    """Fly an aileron doublet and a rudder 2-1-1 for identification, the other way round for prediction.
+    """Fly an aileron doublet and a rudder 2-1-1 for identification, in reverse order for prediction.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def check_sideways(name: str, amplitude: float, seed: int) -> SidewaysCheck:
 
 
 def compare_sideways(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Compared, ...]:
-    """Each lateral derivative of the completed model beside JSBSim's: slopes over the flown range."""
+    """Each lateral derivative of the completed model with JSBSim's: slopes over the flown range."""
     completed, trim = result.completed_aircraft, truth["trim"]
     half = float(completed.span or 0.0) / (2.0 * trim["airspeed"])
     level = {name: trim[name] for name in ("alpha", "beta", "delta_a", "delta_r")}

@@ -1,4 +1,4 @@
-"""One aircraft of JSBSim: fly it, close the loop, compare with its true derivatives, and fly what was found again."""
+"""Check of one aircraft of JSBSim: simulation, close-loop, comparison of derivatives, and the exported result flown."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ _SPAN = {"alpha": "alpha", "q_hat": "q", "delta_e": "delta_e"}
 
 @dataclass(frozen=True)
 class Compared:
-    """One derivative beside the truth.
+    """One derivative with its true value.
 
     Attributes
     ----------
     coefficient, term : str
     estimate, std_error : float
-        Slope of the completed polynomial over the flown range, its corrected deviation. Where the polynomial holds
-        alpha_dot_hat, alphadot is self-consistent here too: it follows the variable as it does in JSBSim.
+        Slope of the completed polynomial over the flown range, its corrected standard error. Where the polynomial has
+        alpha_dot_hat, alphadot is self-consistent here too: it follows the variable as in JSBSim.
     frozen, self_consistent, chord : float
         Of JSBSim, locally with alphadot frozen and self-consistent, and over the flown range.
     agrees : bool
     shown : bool
-        Whether the flight holds enough information on it.
+        Whether the flight contains enough information on it.
     """
 
     coefficient: str
@@ -61,14 +61,14 @@ class Compared:
 
     @property
     def truth(self) -> float:
-        """What the estimate is held to: the local slope, the chord where the tables bend."""
+        """Reference of the estimate: the local slope, or the chord slope where the tables bend."""
         bent = abs(self.chord - self.self_consistent) > CROSS_CHECK.bends * abs(self.self_consistent)
         return self.chord if bent else self.self_consistent
 
 
 @dataclass(frozen=True)
 class StockCheck:
-    """What the cross-check of one aircraft shows.
+    """Result of the cross-check of one aircraft.
 
     Attributes
     ----------
@@ -79,10 +79,10 @@ class StockCheck:
     result : ClosedLoop
     rows : tuple of Compared
     errors : tuple of ErrorRow
-        On the unseen doublet.
+        On the hold-out doublet.
     flown_again : mapping of str to float or None
-        Greatest difference over peak-to-peak between JSBSim flying the completed model and the aircraft itself on the
-        unseen doublet, in w and q; None where the completed model does not trim or leaves its range.
+        Greatest difference over peak-to-peak value between JSBSim flying the completed model and the aircraft itself
+        on the hold-out doublet, in w and q; None where the completed model does not trim or leaves its range.
     tables : tuple of TablePoint
         Coefficients of aircraft and completed model over alpha.
     """
@@ -100,7 +100,7 @@ class StockCheck:
 
 
 def check_aircraft(name: str, amplitude: float, seed: int) -> StockCheck:
-    """Fly a 3-2-1-1 for identification and a doublet that is only predicted, both with usual sensor noise.
+    """Fly a 3-2-1-1 for identification and a doublet for prediction only, both with usual sensor noise.
 
     Parameters
     ----------
@@ -136,25 +136,25 @@ def check_aircraft(name: str, amplitude: float, seed: int) -> StockCheck:
 
 
 def closed_on(plan: FlightPlan, unseen_plan: FlightPlan) -> tuple[JsbsimFlight, JsbsimFlight, ClosedLoop]:
-    """A flight for identification, one that is only predicted, and the loop on both."""
+    """A flight for identification, one for prediction only, and close-loop on both."""
     fitted, unseen = fly_jsbsim(plan), fly_jsbsim(unseen_plan)
     return fitted, unseen, close_loop([fitted.log], fitted.aircraft, [unseen.log])
 
 
 def require_condition(name: str) -> None:
-    """Nothing where the aircraft's flight condition is known.
+    """None; checks that the aircraft's flight condition is known.
 
     Raises
     ------
     UsageError
-        Where it is not.
+        Where it is not known.
     """
     if name not in CONDITIONS:
         raise UsageError(f"the cross-check has no flight condition for {name!r}; give some of {', '.join(CONDITIONS)}.")
 
 
 def compare(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Compared, ...]:
-    """Each longitudinal derivative of the completed model beside JSBSim's."""
+    """Each longitudinal derivative of the completed model with JSBSim's."""
     true = {(row["coefficient"], row["term"]): row for row in truth["derivatives"]}
     trim = {name: truth["trim"][name] for name in ("alpha", "delta_e")}
     chord_scale = result.aircraft.mean_chord / (2.0 * truth["trim"]["airspeed"])
@@ -171,7 +171,7 @@ def compare(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Compared, ...
         following = known.get((coefficient, "alpha_dot_hat"))
         by_alphadot = true[coefficient, "alpha_dot_hat"]["frozen"]
         if following is not None and by_alphadot:
-            # How alphadot follows the variable, from JSBSim's two derivatives.
+            # Slope of alphadot with the variable, from JSBSim's two derivatives.
             top += (high - low) * following.value * (own["self_consistent"] - own["frozen"]) / by_alphadot
         row = known[coefficient, variable]
         made = Compared(
@@ -184,13 +184,13 @@ def compare(result: ClosedLoop, truth: Mapping[str, Any]) -> tuple[Compared, ...
 
 
 def held_to_truth(row: Compared, least: float = 0.0) -> Compared:
-    """The row with its judgement: within so many deviations or a share of the truth, or no further off than `least`."""
+    """The row, which agrees within the greatest of so many standard errors, a fraction of the truth, and `least`."""
     allowed = max(CROSS_CHECK.deviations * row.std_error, CROSS_CHECK.share * abs(row.truth), least)
     return replace(row, agrees=bool(abs(row.estimate - row.truth) <= allowed))
 
 
 def _deviation(result: ClosedLoop, coefficient: str, ends: Sequence[Mapping[str, float]]) -> float:
-    """Deviation of the completed coefficient's difference between two points, its terms taken as uncorrelated."""
+    """Standard error of the completed coefficient's difference between two points, for uncorrelated terms."""
     total = 0.0
     for entry in result.completed_aircraft.derivatives:
         if entry.coefficient == coefficient and entry.sigma is not None:
@@ -199,8 +199,8 @@ def _deviation(result: ClosedLoop, coefficient: str, ends: Sequence[Mapping[str,
 
 
 def _flown_again(completed: Aircraft, plan: FlightPlan, source: JsbsimFlight) -> dict[str, float] | None:
-    """The completed model exported to JSBSim and flown through the unseen doublet."""
-    # Effects of recorder and recording are no part of what flies.
+    """The completed model exported to JSBSim and flown through the hold-out doublet."""
+    # Effects of recorder and recording are not part of the flying aircraft.
     aircraft = replace(completed, effects=())
     try:
         again = fly_jsbsim(replace(plan, aircraft=aircraft, noise=0.0))

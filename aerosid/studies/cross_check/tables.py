@@ -1,4 +1,4 @@
-"""Polynomial approximation of JSBSim's aerodynamic tables: where it can follow them, and where it cannot."""
+"""Polynomial approximation of JSBSim's aerodynamic tables: where it agrees with them, and where it cannot."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class TablePoint:
     alpha : float
         rad.
     inside : bool
-        Whether the identification flight passed through it.
+        Whether the identification flight covered it.
     table, declared, completed : mapping of str to float
-        By coefficient; alphadot self-consistent, elevator and airspeed of the trim, no pitch rate.
+        By coefficient; alphadot self-consistent, elevator and airspeed of the trim, zero pitch rate.
     """
 
     alpha: float
@@ -40,7 +40,7 @@ class TablePoint:
 def follow_tables(
     plan: FlightPlan, truth: Mapping[str, Any], declared: Aircraft, completed: Aircraft
 ) -> tuple[TablePoint, ...]:
-    """The aircraft of a plan over alpha, beside its polynomials.
+    """Coefficients of a plan's aircraft and of its polynomials over alpha.
 
     Parameters
     ----------

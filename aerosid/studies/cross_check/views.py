@@ -45,7 +45,7 @@ _COEFFICIENTS = ("C_X", "C_Z", "C_m")
 
 
 def agreement_view(paper: PaperFlight) -> TableView:
-    """JSBSim's flight of (33)-(36) beside our own."""
+    """JSBSim's flight of (33)-(36) compared with our own integration."""
     return TableView(
         "Agreement of JSBSim's flight with our own integration",
         ("state", "greatest difference over peak-to-peak"),
@@ -84,7 +84,7 @@ def overview(checks: Sequence[StockCheck]) -> TableView:
 
 
 def derivatives_view(check: StockCheck) -> TableView:
-    """The derivatives of one aircraft beside the truth."""
+    """The derivatives of one aircraft with their true values."""
     return TableView(
         "Derivatives",
         ("derivative", "estimate", "deviation", "local", "chord", "alphadot frozen", "off by", "deviations", "agrees"),
@@ -107,7 +107,7 @@ def derivatives_view(check: StockCheck) -> TableView:
 
 
 def errors_view(check: StockCheck) -> TableView:
-    """Errors on the unseen manoeuvre."""
+    """Errors on the hold-out manoeuvre."""
     return TableView(
         "Error on the validation doublet, root-mean-square",
         ("channel", "unit", "declared", "before", "after", "noise"),
@@ -121,7 +121,7 @@ def errors_view(check: StockCheck) -> TableView:
 
 
 def effects_found_view(check: StockCheck) -> TableView:
-    """What the loop found to be missing in the linear model of one aircraft."""
+    """Effects found to be missing in the linear model of one aircraft."""
     return TableView(
         "Effects missing from the linear model, as identified",
         ("effect", "value", "deviation"),
@@ -156,17 +156,19 @@ def tables_view(check: StockCheck) -> TableView:
 
 
 def follows(points: Sequence[TablePoint], coefficient: str) -> str:
-    """A sentence on how far the completed polynomial follows a coefficient."""
+    """A sentence on how well the completed polynomial reproduces a coefficient."""
     inside = [point for point in points if point.inside]
     swing = max(p.table[coefficient] for p in inside) - min(p.table[coefficient] for p in inside)
     within = max(abs(p.completed[coefficient] - p.table[coefficient]) for p in inside)
     beyond = [p for p in points if not p.inside and abs(p.completed[coefficient] - p.table[coefficient]) > 0.1 * swing]
     share = 100.0 * within / swing
-    said = f"{coefficient}: within the flown range the completed polynomial deviates by {share:.1f} % of the variation"
+    deviates = (
+        f"{coefficient}: within the flown range the completed polynomial deviates by {share:.1f} % of the variation"
+    )
     if not beyond:
-        return f"{said}; it agrees over the whole range."
+        return f"{deviates}; it agrees over the whole range."
     near = min(beyond, key=lambda p: min(abs(p.alpha - q.alpha) for q in inside))
-    return f"{said}; outside, by more than a tenth of it from {math.degrees(near.alpha):.1f}° on."
+    return f"{deviates}; outside, by more than a tenth of it from {math.degrees(near.alpha):.1f}° on."
 
 
 def planted_view(checks: Sequence[EffectCheck]) -> TableView:
@@ -193,13 +195,13 @@ def planted_view(checks: Sequence[EffectCheck]) -> TableView:
 
 
 def not_named(checks: Sequence[EffectCheck]) -> str:
-    """A sentence that lists what the loop did not name."""
+    """A sentence that lists the effects that the loop did not identify."""
     missed = [c.planted.effect for c in checks if c.outcome not in (None, Outcome.NAMED)]
     return f"Not identified: {', '.join(missed)}." if missed else "Every planted effect was identified."
 
 
 def sideways_overview(checks: Sequence[SidewaysCheck]) -> TableView:
-    """One line for each aircraft in its lateral axes."""
+    """One line for each aircraft with lateral axes."""
     return TableView(
         "Lateral axes of the aircraft of JSBSim",
         (
@@ -221,7 +223,7 @@ def sideways_overview(checks: Sequence[SidewaysCheck]) -> TableView:
 
 
 def sideways_view(check: SidewaysCheck) -> TableView:
-    """The lateral derivatives of one aircraft beside the truth."""
+    """The lateral derivatives of one aircraft with their true values."""
     beta, aileron, rudder = (
         " to ".join(f"{math.degrees(end):.1f}°" for end in check.flown[name]) for name in ("beta", "delta_a", "delta_r")
     )
@@ -245,7 +247,7 @@ def sideways_view(check: SidewaysCheck) -> TableView:
 
 
 def _lacking(result: ClosedLoop) -> str:
-    """What the loop found to be missing, by name."""
+    """The effects found by the loop, by name."""
     named = (filter(None, (e.kind if e.kind != "aero_term" else "", e.where, e.term)) for e in result.effects)
     return ", ".join(" ".join(words) for words in named) or "nothing"
 

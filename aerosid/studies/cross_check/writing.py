@@ -1,4 +1,4 @@
-"""Write the pages and cross_check.json: all of them, or none under its final name."""
+"""Writing of the pages and cross_check.json: all of them, or none under its final name."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from aerosid.studies.paper import table3, table4
 
 
 def numbers(result: CrossCheck) -> dict[str, Any]:
-    """What cross_check.json holds."""
+    """Contents of cross_check.json."""
     return {
         "schema": 1,
         "jsbsim": result.jsbsim,
@@ -49,7 +49,7 @@ def _aircraft(check: StockCheck) -> dict[str, Any]:
 
 
 def _flown(check: StockCheck | SidewaysCheck) -> dict[str, Any]:
-    """What is told of any aircraft that was flown."""
+    """Entries common to all aircraft flown."""
     return {
         "name": check.name,
         "airspeed": check.airspeed,
@@ -63,7 +63,7 @@ def _flown(check: StockCheck | SidewaysCheck) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """The value with None in place of what JSON cannot hold."""
+    """The value with None in place of numbers that JSON cannot represent."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -77,7 +77,7 @@ def write_cross_check(result: CrossCheck, directory: Path) -> tuple[Path, ...]:
     Raises
     ------
     UsageError
-        Where the folder cannot be made or written.
+        Where the folder cannot be created or written.
     """
     contents = pages(result)
     contents["cross_check.json"] = json.dumps(_finite(numbers(result)), indent=1, allow_nan=False) + "\n"

@@ -1,5 +1,5 @@
-"""Independent flights by JSBSim: its own aircraft and aerosid's, with effects that no aircraft file mentions.
+"""Independent simulations by JSBSim: its own aircraft and aerosid's, with undeclared effects.
 
 `flight.fly_jsbsim` flies a `plan.FlightPlan`. JSBSim itself runs in a process of its own (`worker`), which imports this
-package too: nothing is imported here.
+package too: it therefore imports nothing here.
 """

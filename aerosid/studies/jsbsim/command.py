@@ -1,4 +1,4 @@
-"""Flights of the command `fly`: a plan from words, files from a flight."""
+"""Flights of the command `fly`: from its options to a plan, and from a flight to files."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def flight_plan(
     effects: Sequence[str],
     seed: int,
 ) -> FlightPlan:
-    """The plan that the words of the command line ask for.
+    """The plan for the options of the command line.
 
     Raises
     ------
     UsageError
-        Where a word or number makes no flight.
+        Where a text or number is not valid for a flight.
     """
     cruise = CONDITIONS.get(found) if isinstance(found, str) else None
     if airspeed is None:
@@ -64,9 +64,9 @@ def find_aircraft(name: str) -> Aircraft | str:
     Raises
     ------
     UsageError
-        Where it is none of them.
+        Where it is none of these.
     AircraftError
-        Where the aircraft file is wrong.
+        Where the aircraft file is invalid.
     """
     if name.endswith(".toml") or Path(name).is_file() or name in bundled_aircraft():
         return load_aircraft(name)
@@ -86,7 +86,7 @@ def control_inputs(
     duration: float | None,
     interval: float,
 ) -> Manoeuvre:
-    """The manoeuvre that the command line asks for.
+    """The manoeuvre for the options of the command line.
 
     Parameters
     ----------
@@ -94,11 +94,11 @@ def control_inputs(
         [CONTROL:]SHAPE[:AMPLITUDE[:UNIT]][@START], rad and s, or one file; without CONTROL each control of the aircraft
         in turn.
     aircraft : Aircraft or str
-        Whose controls they are.
+        Names of the controls of the aircraft.
     amplitude : float
-        rad, where a word gives none.
+        rad, where a shape gives none.
     unit : float or None
-        s, where a word gives none; None: the shape's own.
+        s, where a shape gives none; None: the shape's own.
     duration : float or None
         s; None: 14 s of a single input, else as long as they take.
     interval : float
@@ -107,7 +107,7 @@ def control_inputs(
     Raises
     ------
     UsageError
-        Where a word or number makes no manoeuvre, or the aircraft has no such control.
+        Where a text or number is not valid for a manoeuvre, or the aircraft has no such control.
     LogError
         Where the input's file cannot be used.
     """
@@ -131,7 +131,7 @@ _DURATION = 14.0
 def _inputs(
     word: str, controls: Sequence[str], there: Sequence[str], amplitude: float, unit: float | None
 ) -> list[ControlInput]:
-    """What one word asks for: an input of its control, which is one of `there`, or one of each of `controls`."""
+    """Inputs of one text: of its control, which must be one of `there`, or of each of `controls`."""
     text, _, began = word.partition("@")
     parts = text.split(":")
     named = [parts.pop(0)] if parts[0].startswith("delta_") else list(controls)
@@ -177,7 +177,7 @@ def write_flight(flight: JsbsimFlight, plan: FlightPlan, out: Path) -> tuple[Pat
         Where they cannot be written.
     """
     log, aircraft, truth = companions(out)
-    # Nothing about injected effects here: whoever gets the log is to find them.
+    # Nothing on injected effects in the log: its user is to find them.
     remark = f"Flown by JSBSim {jsbsim_version()}: {flight.log.name}, seed {plan.seed}"
     contents = {
         log: native_csv(flight.log, remark, _DIGITS),

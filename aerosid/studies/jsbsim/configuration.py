@@ -1,6 +1,6 @@
 """JSBSim configuration: a flat planet, driven surfaces, thrust as a force at one point.
 
-No engines, no lateral axes, no output or input sockets, no flight control of the aircraft's own.
+Without engines, lateral axes, output or input sockets, and the aircraft's own flight control.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from aerosid.flight_model.constants import GRAVITY
 from aerosid.studies.jsbsim.properties import AT_TRIM, DEVIATIONS, FLAP, GEAR, SURFACES
 
 PLANET_RADIUS = 6.378e9
-"""Design: m: a thousand times the Earth's, so that neither curvature nor the fall of gravity with height is left."""
+"""Design: m: a thousand times the Earth's, which removes curvature and the decrease of gravity with height."""
 
 
 NO_ACTUATORS: Mapping[str, ET.Element] = MappingProxyType({})
-"""Surfaces that stand where they are commanded to."""
+"""Surfaces that follow their commands without dynamics."""
 
 
 def planet_xml() -> str:
-    """The text of a planet that is flat, stands still and pulls with g everywhere."""
+    """The text of a planet without curvature and rotation, with gravity g everywhere."""
     planet = ET.Element("planet", name="flat")
     for tag, unit, value in (
         ("semimajor_axis", "M", PLANET_RADIUS),
@@ -42,21 +42,21 @@ def driven_controls(
     actuators: Mapping[str, ET.Element] = NO_ACTUATORS,
     side_limits: tuple[float, float] = (1.0, 1.0),
 ) -> ET.Element:
-    """The `<flight_control>` that moves elevator, aileron, rudder, flap and gear as our properties say.
+    """The `<flight_control>` that positions elevator, aileron, rudder, flap and gear by our properties.
 
     Parameters
     ----------
     elevator_limit, flap_limit : float
         Travel [rad] and [deg] that the normalised positions refer to.
     further : iterable of str
-        Properties that the aerodynamics read and nothing else defines: they stay at zero.
+        Properties that are read by the aerodynamics and defined by nothing else: they are constantly zero.
     actuators : mapping of str to Element, optional
-        By control, what stands between the commanded deviation from trim and the surface.
+        By control, the actuator between the commanded deviation from trim and the surface.
     side_limits : (float, float), optional
         Travel [rad] of aileron and rudder that the normalised positions refer to.
     """
     control = ET.Element("flight_control", name="aerosid")
-    # Gear up, flap in: what flies.
+    # Gear up, flap retracted: the flown configuration.
     for name in (*AT_TRIM.values(), *DEVIATIONS.values(), FLAP, GEAR, *further):
         ET.SubElement(control, "property", value="0.0").text = name
     channel = ET.SubElement(control, "channel", name="aerosid")
@@ -87,7 +87,7 @@ def driven_controls(
 
 
 def thrust_force(direction: tuple[float, float]) -> ET.Element:
-    """The `<force>` named thrust along (x, z) in body axes; its place is set once the centre of gravity is known."""
+    """The `<force>` named thrust along (x, z) in body axes; its location is set once the centre of gravity is known."""
     force = ET.Element("force", name="thrust", frame="BODY")
     location = ET.SubElement(force, "location", unit="IN")
     along = ET.SubElement(force, "direction")

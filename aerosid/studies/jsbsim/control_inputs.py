@@ -1,4 +1,4 @@
-"""Deviations of the controls from trim: the usual manoeuvres one after another, or those that a file holds."""
+"""Deviations of the controls from trim: standard inputs one after another, or the inputs of a file."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 START = 1.0
 """Design: s of trimmed flight before the manoeuvre."""
 PAUSE = 4.0
-"""Design: s from the end of one control's input to the next one's begin: a Dutch roll of a light aircraft has come to
-rest."""
+"""Design: s from the end of one control's input to the beginning of the next: a Dutch roll of a light aircraft has
+decayed."""
 ELEVATOR = "delta_e"
 
 
@@ -35,7 +35,7 @@ class Manoeuvre:
     deviations : mapping of str to (N,)
         Control -> its deviation from trim, rad, linear between the samples.
     name : str
-        For titles.
+        Text for titles.
     """
 
     time: Array
@@ -50,7 +50,7 @@ class Manoeuvre:
 
 @dataclass(frozen=True)
 class ControlInput:
-    """One input: what moves, how, and from when on (s; None: after the one before it).
+    """One input: its control, its shape, and its start (s; None: after the preceding one).
 
     `amplitude` in rad, `unit` in s, as `manoeuvre` takes them.
     """
@@ -78,27 +78,27 @@ def manoeuvre(name: str, amplitude: float, unit: float, duration: float, interva
     Raises
     ------
     UsageError
-        Where the name is none of `SHAPES`, or a number makes no manoeuvre.
+        Where the name is none of `SHAPES`, or a number is out of range.
     """
     return sequence((ControlInput(ELEVATOR, name, amplitude, unit),), duration, interval)
 
 
 def sequence(inputs: Sequence[ControlInput], duration: float | None, interval: float) -> Manoeuvre:
-    """Inputs one after another; those of one control add up.
+    """Inputs one after another; those of one control are added.
 
     Parameters
     ----------
     inputs : sequence of ControlInput
         At least one.
     duration : float or None
-        s; None: `PAUSE` longer than the inputs take.
+        s; None: `PAUSE` longer than the inputs.
     interval : float
         s.
 
     Raises
     ------
     UsageError
-        Where a shape is none of `SHAPES`, or a number makes no manoeuvre.
+        Where a shape is none of `SHAPES`, or a number is out of range.
     """
     starts, end = [], START - PAUSE
     for entry in inputs:
@@ -129,7 +129,7 @@ def sequence(inputs: Sequence[ControlInput], duration: float | None, interval: f
 
 
 def _check(entry: ControlInput, duration: float, interval: float) -> None:
-    """Refuse numbers that make no manoeuvre."""
+    """Refuse numbers out of range."""
     unit, amplitude = entry.unit, entry.amplitude
     if entry.start is not None and not 0.0 <= entry.start < 1e4:
         raise UsageError(f"--input begins at {entry.start:g} s; give a time from 0 on.")
@@ -146,7 +146,7 @@ def _check(entry: ControlInput, duration: float, interval: float) -> None:
 
 
 def recorded(path: Path, interval: float, controls: Sequence[str] = (ELEVATOR,)) -> Manoeuvre:
-    """The controls of a log, as deviations from their first samples, on even steps of `interval` s.
+    """The controls of a log, as deviations from their first samples, at uniform steps of `interval` s.
 
     Between the samples of the file they are linear.
 
@@ -156,12 +156,12 @@ def recorded(path: Path, interval: float, controls: Sequence[str] = (ELEVATOR,))
     interval : float
         s.
     controls : sequence of str
-        Those that are flown, as far as the log holds them; it must hold the first one where it holds no other.
+        Controls that are flown, as far as the log contains them; it must contain the first where it contains no other.
 
     Raises
     ------
     LogError
-        Where the log cannot be read or holds no complete control.
+        Where the log cannot be read or contains no complete control.
     """
     log = read_log(path)
     held = [name for name in controls if name in log] or [controls[0]]
@@ -188,7 +188,7 @@ def _sweep(time: Array, unit: float, amplitude: float) -> Array:
 
 
 def _multisine(time: Array, unit: float, amplitude: float) -> Array:
-    """Harmonics of the manoeuvre's length up to 1/(2 unit)."""
+    """Harmonics of the manoeuvre's fundamental up to 1/(2 unit)."""
     span = time[-1] - 2.0 * START
     harmonics = tuple(range(1, max(2, int(0.5 / unit * span)) + 1))
     return Multisine("multisine", span, harmonics).deflection(time, START, amplitude, np.inf)
@@ -205,7 +205,7 @@ SHAPES: Mapping[str, Callable[[Array, float, float], Array]] = MappingProxyType(
         ),
     }
 )
-"""What --input names, beside files."""
+"""Values of --input besides files."""
 
 _UNITS_LONG = {"doublet": 2.0, "3211": 7.0, "211": 4.0}
-"""Design: units of time of those that end by themselves; the others last as long as the flight."""
+"""Design: duration in units of time of inputs of finite length; the others last as long as the flight."""

@@ -1,4 +1,4 @@
-"""The declared model of an aircraft of JSBSim: linear about its trim, as a handbook would give it."""
+"""The declared model of an aircraft of JSBSim: linear about its trim, as in a handbook."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ def declared_aircraft(
 ) -> Aircraft:
     """The aircraft file of the linear model.
 
-    The derivatives are those of JSBSim at the trim with alphadot self-consistent: a model without alphadot knows no
-    other. q_hat refers to the current airspeed, as in JSBSim.
+    The derivatives are those of JSBSim at the trim with alphadot self-consistent: a model without alphadot has no
+    others. q_hat refers to the current airspeed, as in JSBSim.
 
     Parameters
     ----------
     title, name : str
-        What the aircraft calls itself, and JSBSim's name for it.
+        Title of the aircraft, and its name in JSBSim.
     answer : mapping
-        The worker's: trim, slopes, mass, I_yy, wing_area, mean_chord; sideways, span and the other inertias where it
-        flew in all axes.
+        The worker's: trim, slopes, mass, I_yy, wing_area, mean_chord; also span and the other inertias where it flew in
+        all axes.
     version : str
-        JSBSim's.
+        Version of JSBSim.
     planes : sequence of str
-        Names of the planes of motion that the file is to hold, as far as the answer does.
+        Names of the planes of motion in the file, as far as the worker's results contain them.
     """
     sideways = LATERAL.name in planes and "sideways" in answer
     slopes, trim = answer["slopes"]["self_consistent"], answer["trim"]
@@ -82,10 +82,10 @@ def _sideways(slopes: Mapping[str, Any], trim: Mapping[str, float]) -> list[str]
 
 
 def _number(value: float, digits: int = 6) -> str:
-    """Six digits: more than differences hold; a sum that cancels to nothing is nothing."""
+    """Six digits: more than differences resolve; a sum that cancels is zero."""
     return repr(float(f"{value:.{digits}g}") if abs(value) > 1e-9 else 0.0)
 
 
 def _plain(text: str) -> str:
-    """The text without what would end a string of TOML."""
+    """The text without characters that would end a string of TOML."""
     return "".join(character if character.isprintable() and character not in '"\\' else " " for character in text)

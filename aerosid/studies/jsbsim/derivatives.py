@@ -1,7 +1,7 @@
 """Derivatives of JSBSim's own aerodynamics by central differences, with alphadot frozen and self-consistent.
 
-A force that depends on alphadot moves with alpha, q and the elevator as soon as the aircraft is free to answer. A model
-without alphadot can only find the self-consistent derivative; with alphadot it finds the frozen one.
+A force that depends on alphadot varies with alpha, q and the elevator as soon as the aircraft is free to respond. A
+model without alphadot can only find the self-consistent derivative; with alphadot it finds the frozen one.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 COEFFICIENTS = ("C_X", "C_Z", "C_m")
 VARIABLES = ("alpha", "q_hat", "delta_e", "V_hat")
 _CLIMB = 0.6
-"""Numerical: rad; a path angle that changes alphadot and nothing else."""
+"""Numerical: rad; a flight-path angle that changes only alphadot."""
 
 _STEPS = {"alpha": 0.0026, "q": 0.005, "delta_e": 0.0026, "airspeed": 0.5}
 """Numerical: rad, rad/s and m/s, of central differences."""
@@ -64,7 +64,7 @@ def differentiate(executive: Executive, trimmed: State, flown: Mapping[str, tupl
     executive : Executive
         The aircraft.
     trimmed : State
-        Where to.
+        Trim condition.
     flown : mapping of str to (float, float)
         Least and greatest alpha [rad], q [rad/s], delta_e [rad] and airspeed [m/s] of the manoeuvre.
     """
@@ -106,7 +106,7 @@ def differentiate_sideways(
     executive : Executive
         The aircraft.
     trimmed : State
-        About which.
+        Trim state.
     flown : mapping of str to (float, float)
         Least and greatest beta, delta_a and delta_r [rad], p and r [rad/s] of the manoeuvre.
     """

@@ -1,6 +1,6 @@
-"""JSBSim with one aircraft: freeze it in a state, trim it, fly it.
+"""JSBSim with one aircraft: evaluation of frozen states, trim, and flight.
 
-It runs in a process of its own, since JSBSim may abort. Nothing heavy is imported here: that process starts quickly.
+It runs in a process of its own, since JSBSim may abort. Imports are light, so that the process starts quickly.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ RECORDED = {
     "aileron": ("fcs/right-aileron-pos-rad", 1.0),
     "rudder": ("fcs/rudder-pos-rad", 1.0),
 }
-"""What is read after every frame: JSBSim's property and the factor to SI. Nx and Nz would be a frame old."""
+"""Quantities read after every frame: JSBSim's property and the factor to SI. Nx and Nz would be a frame old."""
 
 _SETTLING = 6
-"""Numerical: initialisations in a row, after which JSBSim's initial condition no longer changes."""
+"""Numerical: successive initialisations after which JSBSim's initial condition no longer changes."""
 
 
 @dataclass(frozen=True)
 class State:
-    """A state to freeze in: airspeed [m/s], alpha [rad], q [rad/s], delta_e [rad], thrust [N], path angle [rad].
+    """A state to be frozen: airspeed [m/s], alpha [rad], q [rad/s], delta_e [rad], thrust [N], path angle [rad].
 
     Sideslip, aileron and rudder [rad], roll and yaw rate [rad/s].
     """
@@ -79,19 +79,19 @@ class Executive:
     Parameters
     ----------
     folder : Path
-        Holds `aircraft/NAME/NAME.xml` and the planet.
+        Folder with `aircraft/NAME/NAME.xml` and the planet.
     name : str
         NAME.
     frame : float
-        s; actuators take it when the model is loaded.
+        s; needed by actuators when the model is loaded.
     altitude : float
         m.
     properties : mapping of str to float
-        Set once the model is loaded.
+        Properties set once the model is loaded.
     reads : sequence of str
-        What the aerodynamics read; JSBSim's own or not, it has to exist.
+        Properties read by the aerodynamics; each has to exist, whether JSBSim defines it or not.
     thrust_below : float
-        How far the thrust's point lies below the centre of gravity, m.
+        Height of the thrust's point below the centre of gravity, m.
     """
 
     def __init__(
@@ -112,11 +112,11 @@ class Executive:
         self.fdm: Any = jsbsim.FGFDMExec(str(folder), None)
         self.fdm.set_debug_level(0)
         self.altitude = altitude
-        self.attached: float | None = None  # alpha at which the flow attaches again before each state
+        self.attached: float | None = None  # alpha at which the flow reattaches before each state
         known = self.fdm.get_property_manager()
         for name_read in reads:
             if not known.hasNode(name_read):
-                self[name_read] = 0.0  # what engines or systems would compute: neither flies
+                self[name_read] = 0.0  # output of engines or systems, which are not simulated
         self.fdm.set_dt(frame)
         if not self.fdm.load_planet(str(folder / PLANET), False) or not self.fdm.load_model(name):
             raise EstimationError(f"JSBSim could not load the aircraft {name}; try another aircraft.")
@@ -126,7 +126,7 @@ class Executive:
         self.centre = tuple(self[f"inertia/cg-{axis}-in"] * INCH for axis in "xyz")
         self.mass, self.I_yy = self["inertia/mass-slugs"] * SLUG, self["inertia/iyy-slugs_ft2"] * SLUG * FOOT**2
         self.I_xx, self.I_zz = (self[f"inertia/{name}-slugs_ft2"] * SLUG * FOOT**2 for name in ("ixx", "izz"))
-        self.I_xz = -self["inertia/ixz-slugs_ft2"] * SLUG * FOOT**2  # as it stands in the tensor
+        self.I_xz = -self["inertia/ixz-slugs_ft2"] * SLUG * FOOT**2  # element of the tensor
         self.span = self["metrics/bw-ft"] * FOOT
         self.wing_area, self.mean_chord = self["metrics/Sw-sqft"] * FOOT**2, self["metrics/cbarw-ft"] * FOOT
         self.place(THRUST_PLACE, 0.0, thrust_below)
@@ -138,17 +138,17 @@ class Executive:
         self.fdm.set_property_value(name, float(value))
 
     def place(self, pattern: str, forward: float, below: float, right: float = 0.0) -> None:
-        """Put a point at body coordinates from the first centre of gravity, m; JSBSim counts aft and up, in inches."""
+        """Set a point in body coordinates from the first centre of gravity, m; JSBSim counts aft and up, in inches."""
         for axis, centre, offset in zip("xyz", self.centre, (-forward, right, -below), strict=True):
             name = pattern.format(x=axis, X=axis.upper())
-            if not self.fdm.get_property_manager().hasNode(name):  # writing it would only create it
+            if not self.fdm.get_property_manager().hasNode(name):  # writing it would only create a new one
                 raise EstimationError(
                     f"JSBSim has no property {name}; install the version that aerosid was tested with."
                 )
             self[name] = (centre + offset) / INCH
 
     def freeze(self, state: State) -> None:
-        """Put the aircraft into a state and let alphadot, which is a frame old, settle to it."""
+        """Set the aircraft to a state and iterate until alphadot, which is a frame old, has converged."""
         for control, name in AT_TRIM.items():
             self[name] = getattr(state, control)
             self[DEVIATIONS[control]] = 0.0
@@ -172,7 +172,7 @@ class Executive:
             self["ic/alpha-rad"], self["ic/theta-rad"] = state.alpha, state.alpha + state.path_angle
         for _ in range(_SETTLING):
             self.fdm.run_ic()
-        # JSBSim goes back to explicit Euler for q and attitude at every initialisation.
+        # JSBSim resets the integration of q and attitude to explicit Euler at every initialisation.
         for name, scheme in (("rate", 4), ("position", 7)):
             self[f"simulation/integrator/{name}/rotational"] = scheme
             self[f"simulation/integrator/{name}/translational"] = 4
@@ -208,7 +208,7 @@ class Executive:
         airspeed : float
             m/s.
         sideways : bool
-            Whether sideslip, aileron and rudder are sought as well.
+            Whether sideslip, aileron and rudder are trimmed as well.
 
         Raises
         ------
@@ -236,7 +236,7 @@ class Executive:
                 )
                 if not np.isfinite(slopes).all() or abs(np.linalg.det(slopes)) < 1e-12:
                     break
-                # Half a step at most where tables bend, or the search jumps across them.
+                # At most half a step where tables bend, or the iteration jumps across them.
                 change = np.linalg.solve(slopes, rest)
                 unknown = unknown - change * min(1.0, 0.1 / float(np.max(np.abs(change[:2])) + 1e-300))
                 rest = unbalanced(unknown)
@@ -248,12 +248,12 @@ class Executive:
         )
 
     def fly(self, drives: Mapping[str, Array]) -> dict[str, Array]:
-        """What `RECORDED` names, after each frame: (F,) each, the first of them the state that stands now.
+        """Quantities of `RECORDED` after each frame: (F,) each, the first of them those of the present state.
 
         Parameters
         ----------
         drives : mapping of str to (F,)
-            Property -> its value in each frame, set before the frame that it belongs to.
+            Property -> its value in each frame, set before that frame.
 
         Raises
         ------

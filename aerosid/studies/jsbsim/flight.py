@@ -1,4 +1,4 @@
-"""Flight by JSBSim: its configurations, the run, the log, the declared aircraft and the truth of it."""
+"""Flight by JSBSim: its configurations, the run, the log, the declared aircraft and its true parameters."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 
 _ELEVATOR_TRAVEL = math.radians(25.0)
 _FLAP_TRAVEL = 30.0
-"""Design: deg, of full flap in a configuration made from an aircraft file."""
+"""Design: deg, of full flap in a configuration generated from an aircraft file."""
 
 _APPLIED = ("control_lag", "control_delay", "control_rate_limit", "control_deadband")
 _SENSED = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag", "sensor_position")
@@ -51,10 +51,10 @@ _SENSED = ("sensor_bias", "sensor_scale", "sensor_delay", "sensor_lag", "sensor_
 
 @dataclass(frozen=True)
 class Parts:
-    """What a configuration is assembled from; see `stock.StockParts`.
+    """Parts of a configuration; see `stock.StockParts`.
 
     `reads` are properties that must exist, `thrust` direction (x, z) and height below the centre of gravity [m],
-    `controls` what the flight moves, `sideways` whether it is trimmed by aileron and rudder as well.
+    `controls` those that the flight moves, `sideways` whether it is trimmed by aileron and rudder as well.
     """
 
     elements: tuple[ET.Element, ...]
@@ -81,11 +81,11 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
     Raises
     ------
     UsageError
-        Where JSBSim is not installed, or has no aircraft of that name, or an effect does not fit the aircraft.
+        Where JSBSim is not installed, has no aircraft of that name, or an effect does not fit the aircraft.
     AircraftError
         Where the aircraft file declares an effect that JSBSim cannot apply.
     EstimationError
-        Where no trim is found, the flight leaves its range, or JSBSim breaks down.
+        Where no trim is found, the flight leaves its range, or JSBSim fails.
     """
     require_jsbsim()
     _check(plan)
@@ -137,13 +137,13 @@ def fly_jsbsim(plan: FlightPlan) -> JsbsimFlight:
 def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) -> tuple[Array, Array]:
     """C_X, C_Z and C_m of a plan's aircraft, without its injected effects, at other angles of attack: (A, 3).
 
-    Also alphadot there, rad/s, (A,), which they are consistent with.
+    Also the alphadot, rad/s, (A,), with which they are consistent.
 
     Parameters
     ----------
     plan : FlightPlan
     trim : mapping of str to float
-        airspeed, delta_e and thrust, as the truth of a flight holds them; alphadot is self-consistent on a level path.
+        airspeed, delta_e and thrust, from the truth of a flight; alphadot is self-consistent on a level path.
     alphas : (A,)
         rad.
     """
@@ -165,7 +165,7 @@ def coefficients_in(plan: FlightPlan, trim: Mapping[str, float], alphas: Array) 
 
 
 def slopes_by_name(table: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:
-    """(coefficient, variable) -> derivative, of a table (3, 4) as the worker gives it."""
+    """(coefficient, variable) -> derivative, from a table (3, 4) of the worker."""
     return {
         (coefficient, variable): table[i][j]
         for i, coefficient in enumerate(COEFFICIENTS)
@@ -174,7 +174,7 @@ def slopes_by_name(table: Sequence[Sequence[float]]) -> dict[tuple[str, str], fl
 
 
 def jsbsim_version() -> str:
-    """Of the installed JSBSim."""
+    """Version of the installed JSBSim."""
     return importlib.metadata.version("jsbsim")
 
 
@@ -189,7 +189,7 @@ def _check(plan: FlightPlan) -> None:
 
 
 def _heading(psi: Array) -> Array:
-    """JSBSim's heading, which jumps between 0 and 2 pi, as one that begins near north and is continuous."""
+    """JSBSim's heading, which jumps between 0 and 2 pi, unwrapped, beginning near north."""
     whole = np.unwrap(psi)
     return np.asarray(whole - 2.0 * np.pi * np.round(whole[0] / (2.0 * np.pi)))
 
@@ -208,7 +208,7 @@ def _fit(effects: Sequence[InjectedEffect], parts: Parts) -> None:
 
 
 def _declared_effects(aircraft: Aircraft | str) -> tuple[InjectedEffect, ...]:
-    """The aircraft file's own effects: they are flown too."""
+    """The effects declared in the aircraft file, which are simulated as well."""
     if isinstance(aircraft, str):
         return ()
     made = []
@@ -223,7 +223,7 @@ def _declared_effects(aircraft: Aircraft | str) -> tuple[InjectedEffect, ...]:
 
 
 def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
-    """The parts of an aircraft, anew for each configuration: elements are not shared."""
+    """The parts of an aircraft, created for each configuration: XML elements are not shared."""
     aircraft = plan.aircraft
     if isinstance(aircraft, str):
         sideways = bool({"delta_a", "delta_r"} & plan.manoeuvre.deviations.keys())
@@ -238,7 +238,7 @@ def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
             tuple(SURFACES) if sideways else (ELEVATOR,), sideways, (stock.aileron_limit, stock.rudder_limit),
         )  # fmt: skip
     aircraft = _with_lift(plan, aircraft)
-    # Its effects are flown by this package's own actuator and recorder.
+    # Its effects are simulated by this package's own actuator and recorder.
     aerodynamics, channels = polynomial_aerodynamics(replace(aircraft, effects=()), plan.airspeed)
     properties = {}
     if aircraft.density is not None:
@@ -259,7 +259,7 @@ def _parts(plan: FlightPlan, slopes: Mapping[tuple[str, str], float]) -> Parts:
 
 
 def _with_lift(plan: FlightPlan, aircraft: Aircraft) -> Aircraft:
-    """The aircraft as it flies: `as_flown` in the density of the plan."""
+    """The aircraft `as_flown` in the air density of the plan."""
     density = aircraft.density
     if density is None:
         density = float(pressure(plan.altitude) / (GAS_CONSTANT * temperature(plan.altitude)))
@@ -283,7 +283,7 @@ def _length(metrics: ET.Element, tag: str) -> float:
 
 
 def _configuration(parts: Parts, injection: Injection | None) -> ET.Element:
-    """The whole `<fdm_config>`; without injection, the aircraft as it is."""
+    """The complete `<fdm_config>`; without injection, the unmodified aircraft."""
     config = ET.Element("fdm_config", name="aerosid", version="2.0", release="BETA")
     config.extend(deepcopy(list(parts.elements)))
     ET.SubElement(config, "ground_reactions")
@@ -334,7 +334,7 @@ def _job(plan: FlightPlan, parts: Parts, task: str, frame: float) -> dict[str, A
 
 
 def lateral_rows(slopes: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The lateral derivatives as the truth file holds them, of the worker's tables."""
+    """The lateral derivatives for the truth file, from the worker's tables."""
     return [
         {"coefficient": coefficient, "term": term, **{kind: slopes[key][i][j] for kind, key in _KINDS.items()}}
         for i, coefficient in enumerate(LATERAL_COEFFICIENTS)
@@ -343,11 +343,11 @@ def lateral_rows(slopes: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 _KINDS = {"frozen": "local", "self_consistent": "local", "chord": "chord"}
-"""No lateral force depends on a rate of sideslip: the local slopes are one."""
+"""No lateral force depends on the rate of sideslip: the local slopes are equal."""
 
 
 def _truth(plan: FlightPlan, parts: Parts, answer: Mapping[str, Any], frames: Array) -> dict[str, Any]:
-    """What the truth file holds."""
+    """Contents of the truth file."""
     slopes, trim = answer["slopes"], answer["trim"]
     aside = ("beta", "delta_a", "delta_r") if parts.sideways else ()
     rows: list[dict[str, Any]] = []

@@ -1,4 +1,4 @@
-"""Injected effects that no aircraft file mentions, and how a command line says them.
+"""Injected effects, which no aircraft file declares, and their notation on a command line.
 
     KIND[:WHERE[:TERM]]=NUMBER[,NUMBER...][@TIME]
 
@@ -20,22 +20,22 @@ from aerosid.flight_model.terms import parse_term
 
 @dataclass(frozen=True)
 class InjectedKind:
-    """What a kind of effect takes.
+    """Parameters of a kind of effect.
 
     Attributes
     ----------
     numbers : tuple of str
         Their meaning and unit, the optional ones last.
     required : int
-        How many of them must be given.
+        Number of required ones.
     where : tuple of str
-        What may stand after the first colon; empty where nothing may.
+        Permitted text after the first colon; empty where there is none.
     timed : bool
         Whether it may begin at a time of the log, s; without one it acts from the start.
     help : str
-        One line for people.
+        Description in one line.
     least : float
-        What no number may be below.
+        Lower bound of each number.
     """
 
     numbers: tuple[str, ...]
@@ -102,12 +102,12 @@ class InjectedEffect:
     values : tuple of float
         In the order of `KINDS`, SI.
     time : float or None
-        From when on, s; None: from the start.
+        Start, s; None: from the start of the log.
 
     Raises
     ------
     UsageError
-        Where kind, place, numbers or time do not fit together.
+        Where kind, place, numbers or time are inconsistent.
     """
 
     kind: str
@@ -159,7 +159,7 @@ _EXAMPLES = {"aero_term": "C_m:alpha^2=-1.7"}
 
 
 def parse_effect(text: str) -> InjectedEffect:
-    """The effect that a text of the command line says.
+    """The effect written as in the command line.
 
     Raises
     ------

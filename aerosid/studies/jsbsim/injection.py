@@ -1,7 +1,7 @@
-"""Injected effects as JSBSim XML and as histories that drive it.
+"""Injected effects as JSBSim XML and as time histories of its properties.
 
-Forces and moments act as external ones at the centre of gravity: so they fit any aircraft, whatever axes its own
-aerodynamics use, and its own aerodynamics stay what they are.
+Forces and moments act as external ones at the centre of gravity: they fit any aircraft, whatever axes its own
+aerodynamics use, and leave those aerodynamics unchanged.
 """
 
 from __future__ import annotations
@@ -39,42 +39,42 @@ ICED = {
     ("C_m", "q_hat"): -0.035,
     ("C_m", "delta_e"): -0.10,
 }
-"""Design: share, 1, that tailplane and wing ice took from the Twin Otter's derivatives (Bragg et al., AIAA
+"""Design: fraction, 1, by which tailplane and wing ice reduce the Twin Otter's derivatives (Bragg et al., AIAA
 2000-0360)."""
 ICED_DRAG = -0.021
-"""Design: units of C_X that the ice added."""
+"""Design: increase of C_X due to the ice."""
 
-_WIND_AT_20_FEET = 7.5 * KNOT  # for each step of severity: 15 kt where turbulence is light
+_WIND_AT_20_FEET = 7.5 * KNOT  # for each step of severity: 15 kt for light turbulence
 
 
 @dataclass
 class Injection:
-    """What the effects add to a configuration and to a flight.
+    """Additions of the effects to a configuration and to a flight.
 
     Attributes
     ----------
     forces : list of Element
-        Into `<external_reactions>`.
+        For `<external_reactions>`.
     properties : list of str
-        To be declared; those of forces among them.
+        Properties to be declared, including those of forces.
     places : list of tuple
-        Locations to set: pattern of their properties, forward, below and, where it matters, right [m].
+        Locations to set: pattern of their properties, forward, below and, where needed, right [m].
     drives : dict of str to (F,)
         Histories of properties, absolute.
     thrust_share : (F,)
-        Of the trim's thrust.
+        Factor on the trim's thrust.
     actuators : dict of str to Element
-        By control.
+        Actuators by control.
     inertias : dict of str to float
-        I_xx and so on that fly in place of the file's, kg m^2.
+        I_xx and so on that replace those of the file, kg m^2.
     hysteresis : Element or None
-        Into `<aerodynamics>`.
+        For `<aerodynamics>`.
     attached : float or None
-        An angle of attack at which a stalled flow attaches, rad.
+        An angle of attack at which a stalled flow reattaches, rad.
     point_mass : Element or None
-        Into `<mass_balance>`.
+        For `<mass_balance>`.
     after_trim : dict of str to float
-        Properties to set when the flight begins.
+        Properties to set at the beginning of the flight.
     """
 
     forces: list[ET.Element] = field(default_factory=list)
@@ -92,18 +92,18 @@ class Injection:
 
 @dataclass(frozen=True)
 class Body:
-    """The aircraft that effects are injected into.
+    """The aircraft into which effects are injected.
 
     Attributes
     ----------
     references : References
-        What terms are made dimensional with.
+        Reference quantities by which terms are made dimensional.
     stock : bool
-        Whether it is JSBSim's own, with flaps and gear.
+        Whether it is one of JSBSim, with flaps and gear.
     point_masses : int
-        How many its mass balance holds already.
+        Number of point masses in its mass balance.
     slopes : mapping of (str, str) to float
-        Its own derivatives, by coefficient and variable, for effects that take a share of them.
+        Its own derivatives, by coefficient and variable, for effects that change them by a fraction.
     """
 
     references: References
@@ -113,7 +113,7 @@ class Body:
 
 
 def inject(effects: Sequence[InjectedEffect], body: Body, frames: Array, interval: float, seed: int) -> Injection:
-    """The injection of all effects; sensor effects are not JSBSim's and left to the recorder.
+    """The injection of all effects; sensor effects are not JSBSim's and are applied by the recorder.
 
     Parameters
     ----------
@@ -122,9 +122,9 @@ def inject(effects: Sequence[InjectedEffect], body: Body, frames: Array, interva
     frames : (F,)
         Times of the frames, s.
     interval : float
-        s, of the log: over one of them a step is a ramp.
+        s, of the log: a step is a ramp over one of them.
     seed : int
-        Of the turbulence.
+        Seed of the turbulence.
 
     Raises
     ------
@@ -143,12 +143,12 @@ def inject(effects: Sequence[InjectedEffect], body: Body, frames: Array, interva
 
 
 def needs_slopes(effects: Sequence[InjectedEffect]) -> bool:
-    """Whether an effect takes a share of the aircraft's own derivatives."""
+    """Whether an effect changes the aircraft's own derivatives by a fraction."""
     return any(effect.kind == "icing" for effect in effects)
 
 
 def _add(made: Injection, effect: InjectedEffect, body: Body, since: Array, switch: str) -> None:
-    """One effect of aircraft or air; `since` (F,) is how far it is there."""
+    """One effect of aircraft or air; `since` (F,) is its onset, from 0 to 1."""
     if effect.kind in ("aero_term", "step_change"):
         _switch(made, switch, since)
         terms = [(effect.values[0], parse_term(effect.term or "1"))]
@@ -198,7 +198,7 @@ def _switch(made: Injection, name: str, since: Array) -> None:
 
 
 def _force(name: str, coefficient: str, switch: str, terms: Sequence[tuple[float, Term]], body: Body) -> ET.Element:
-    """A force along an axis, or a moment about one, in the dynamic pressure of the moment; `switch` scales it."""
+    """A force along an axis, or a moment about one, in the current dynamic pressure; `switch` scales it."""
     axis, by = _ACTS[coefficient]
     kind = "moment" if by else "force"
     area = body.references.wing_area / FOOT**2
@@ -218,11 +218,11 @@ _ACTS = {
     "C_m": ("y", "mean_chord"),
     "C_n": ("z", "span"),
 }
-"""The axis that a coefficient acts along or about, and the length that makes a moment of it."""
+"""The axis of a coefficient, and the reference length of a moment."""
 
 
 def _ground_force(name: str, gain: float) -> ET.Element:
-    """Normal force of the aircraft's own grown by `gain` at the ground, by exp(-2.48 (2 h/b)^0.768) of it above.
+    """The aircraft's own normal force increased by `gain` at the ground, and by exp(-2.48 (2 h/b)^0.768) of it above.
 
     The influence is Suh and Ostowari's, as quoted by Phillips and Hunsaker, AIAA 2013-2917.
     """
@@ -263,7 +263,7 @@ def _actuators(effects: Sequence[InjectedEffect]) -> dict[str, ET.Element]:
         ):
             number = numbers.get(kind, 0.0)
             if number:
-                # JSBSim: the lag is a corner frequency [rad/s], the band is counted from edge to edge.
+                # JSBSim: the lag is given as corner frequency [rad/s], the dead band from edge to edge.
                 value_there = {"lag": 1.0 / number, "deadband_width": 2.0 * number}.get(tag, number)
                 ET.SubElement(actuator, tag).text = repr(value_there)
     return made
@@ -279,7 +279,7 @@ def _point_mass() -> ET.Element:
 def _hysteresis(reattachment: float, stall: float) -> ET.Element:
     limits = ET.Element("hysteresis_limits", unit="RAD")
     for tag, alpha in (("min", reattachment), ("max", stall)):
-        ET.SubElement(limits, tag).text = repr(alpha or 1e-9)  # JSBSim takes a zero for no limits at all
+        ET.SubElement(limits, tag).text = repr(alpha or 1e-9)  # JSBSim interprets zero as no limits at all
     return limits
 
 

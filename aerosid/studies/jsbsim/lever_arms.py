@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def by_lever_arm(channel: str, motion: Mapping[str, Array], place: Sequence[float]) -> Array:
-    """The difference (N,) that a place makes to alpha, beta, a_x, a_y or a_z, SI.
+    """The change (N,) of alpha, beta, a_x, a_y or a_z due to the sensor's position, SI.
 
     Parameters
     ----------
@@ -19,11 +19,11 @@ def by_lever_arm(channel: str, motion: Mapping[str, Array], place: Sequence[floa
     motion : mapping of str to (N,)
         V, p, q, r, p_dot, q_dot and r_dot, SI.
     place : sequence of float
-        Forward, right and below the centre of gravity, m; what is left out is zero.
+        Forward, right and below the centre of gravity, m; missing ones are zero.
 
     Notes
     -----
-    A vane moves with omega x arm, an accelerometer reads omega' x arm + omega x (omega x arm) more.
+    A vane moves with omega x arm, an accelerometer additionally reads omega' x arm + omega x (omega x arm).
     """
     arm = np.array([*place, 0.0, 0.0][:3])
     turn = np.column_stack([motion[name] for name in "pqr"])

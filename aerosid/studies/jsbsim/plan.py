@@ -1,4 +1,4 @@
-"""Flight plan for JSBSim, and the flight that comes back."""
+"""Flight plan for JSBSim, and the result of the flight."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ USUAL_NOISE: Mapping[str, float] = MappingProxyType(
         "delta_r": 0.0002,
     }
 )
-"""Standard deviations of good flight-test sensors, SI; of them a flight records what its aircraft moves."""
+"""Standard deviations of good flight-test sensors, SI; a flight records those that its aircraft moves."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +56,15 @@ class FlightPlan:
     altitude : float
         m, of the trim.
     effects : tuple of InjectedEffect
-        What the aircraft file keeps quiet about.
+        Injected effects, not declared in the aircraft file.
     noise : float
         Factor on `USUAL_NOISE`; 0: none.
     seed : int
         Of noise and turbulence.
     planes : tuple of str
-        Names of the planes of motion that the declared file of an aircraft of JSBSim holds, as far as it flies in them.
+        Names of the planes of motion in the declared file of an aircraft of JSBSim, as far as it flies in them.
     longest_frame : float
-        s; the frames of JSBSim divide the manoeuvre's interval and are at most so long.
+        s; the frames of JSBSim divide the manoeuvre's interval and are at most this long.
     """
 
     aircraft: Aircraft | str
@@ -80,16 +80,16 @@ class FlightPlan:
 
 @dataclass(frozen=True)
 class JsbsimFlight:
-    """What a flight leaves.
+    """Result of a simulated flight.
 
     Attributes
     ----------
     log : FlightLog
-        As a recorder would hold it.
+        As recorded.
     aircraft : Aircraft
         The declared model: the aircraft file itself, or the linear model of an aircraft of JSBSim about its trim.
     truth : mapping
-        What was flown, as the truth file holds it.
+        True parameters, as in the truth file.
     states : mapping of str to (N,)
         True values at the samples, SI: u, v, w, p, q, r, phi, theta, psi, V, alpha, beta, h, a_x, a_y, a_z, p_dot,
         q_dot, r_dot, surface (elevator), aileron, rudder, mass, rho.

@@ -1,4 +1,4 @@
-"""An aerosid aircraft as a whole JSBSim aircraft: the equations (33)-(36) with thrust, flown by independent code."""
+"""An aerosid aircraft as a complete JSBSim aircraft: equations (33)-(36) with thrust, simulated by independent code."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ CARRYING = {
     "C_Z": {"alpha": -5.0, "q_hat": -5.0, "delta_e": -0.4},
     "C_m": {"1": 0.03, "alpha": -1.0, "q_hat": -18.0, "delta_e": -1.5},
 }
-"""Design: what carries an aircraft whose file holds lateral coefficients alone: a stable light transport's; C_Z "1" is
-what the weight asks for at `CARRYING_ALPHA`."""
+"""Design: longitudinal model of an aircraft file with lateral coefficients only: a stable light transport's; C_Z "1" is
+determined by the weight at `CARRYING_ALPHA`."""
 CARRYING_ALPHA = 0.03
 """Design: rad."""
 
 
 def as_flown(aircraft: Aircraft, airspeed: float, density: float) -> Aircraft:
-    """The aircraft, with lift, drag and pitching moment of another where its file holds none.
+    """The aircraft, with lift, drag and pitching moment of another where its file has none.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def as_flown(aircraft: Aircraft, airspeed: float, density: float) -> Aircraft:
 
 
 def driven_by(aircraft: Aircraft) -> tuple[str, ...]:
-    """The controls that a flight of this aircraft moves: those that trim its motion and act in its terms."""
+    """The controls moved in a flight of this aircraft: those that trim its motion and occur in its terms."""
     named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
     planes = [balance for balance in BALANCES if balance.moves(aircraft.axes)]
     there = [name for balance in planes for name in balance.unknowns if name.startswith("delta_")]
@@ -63,7 +63,7 @@ def channel_property(channel: str) -> str:
 
 
 def polynomial_aerodynamics(aircraft: Aircraft, airspeed: float) -> tuple[ET.Element, tuple[str, ...]]:
-    """The `<aerodynamics>` of an aircraft, and the properties that it reads beside JSBSim's own."""
+    """The `<aerodynamics>` of an aircraft, and the properties that it reads in addition to JSBSim's own."""
     named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
     channels = sorted(
         name
@@ -79,7 +79,7 @@ def polynomial_aerodynamics(aircraft: Aircraft, airspeed: float) -> tuple[ET.Ele
 def geometry_and_mass(aircraft: Aircraft) -> list[ET.Element]:
     """`<metrics>` and `<mass_balance>` with the centre of gravity and AERORP at the origin."""
     metrics = ET.Element("metrics")
-    # Without a span in the file, a rectangular wing's serves where height over span matters.
+    # Without a span in the file, that of a rectangular wing is used where height over span matters.
     span = aircraft.span or aircraft.wing_area / aircraft.mean_chord
     for tag, unit, value in (
         ("wingarea", "FT2", aircraft.wing_area / FOOT**2),
@@ -89,9 +89,9 @@ def geometry_and_mass(aircraft: Aircraft) -> list[ET.Element]:
         ET.SubElement(metrics, tag, unit=unit).text = repr(value)
     _place(ET.SubElement(metrics, "location", name="AERORP", unit="IN"))
     balance = ET.Element("mass_balance")
-    # In JSBSim's own unit: its conversion of kg m^2 is 9e-5 low.
+    # In JSBSim's own unit: its conversion from kg m^2 is 9e-5 too low.
     about = {"iyy": aircraft.I_yy, "ixx": aircraft.I_xx or aircraft.I_yy, "izz": aircraft.I_zz or aircraft.I_yy}
-    # JSBSim takes the product with the sign that it has in the tensor.
+    # JSBSim expects the product of inertia with its sign in the tensor.
     for tag, value in ({**about, "ixy": 0.0, "ixz": -(aircraft.I_xz or 0.0) + 0.0, "iyz": 0.0}).items():
         ET.SubElement(balance, tag, unit="SLUG*FT2").text = repr(value / SLUG / FOOT**2)
     ET.SubElement(balance, "emptywt", unit="LBS").text = repr(aircraft.mass / SLUG * POUNDS_PER_SLUG)
@@ -100,16 +100,16 @@ def geometry_and_mass(aircraft: Aircraft) -> list[ET.Element]:
 
 
 def set_inertia(config: ET.Element, name: str, inertia: float) -> None:
-    """Put an inertia [kg m^2] in the place of that of a configuration, `name` as the aircraft file's."""
+    """Replace an inertia [kg m^2] of a configuration, `name` as in the aircraft file."""
     element = config.find(f"mass_balance/{name.lower().replace('_', '')}")
     if element is not None:
         element.text = repr((-inertia if name == "I_xz" else inertia) / SLUG / FOOT**2)
 
 
 def thrust_line(aircraft: Aircraft) -> tuple[tuple[float, float], float]:
-    """Direction (x, z) of the thrust in body axes, and how far [m] below the centre of gravity JSBSim's point lies."""
+    """Direction (x, z) of the thrust in body axes, and the height [m] of JSBSim's point below the centre of gravity."""
     along = math.cos(aircraft.thrust_incidence)
-    # The moment is T z_arm whatever the incidence; JSBSim's is T cos(incidence) times the height.
+    # The moment is T z_arm for any incidence; JSBSim's is T cos(incidence) times the height.
     return (along, -math.sin(aircraft.thrust_incidence)), aircraft.thrust_z_arm / along
 
 

@@ -1,4 +1,4 @@
-"""Process isolation of JSBSim, in a temporary folder of its own: a crash of it is one sentence here."""
+"""Process isolation of JSBSim, in a temporary folder of its own: a crash of JSBSim becomes a one-sentence error."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from aerosid.studies.jsbsim.properties import ANSWER, DRIVES, HISTORIES, JOB, PL
 
 Array = NDArray[np.float64]
 _LONGEST = 600.0
-"""Numerical: s that JSBSim may take for one flight."""
+"""Numerical: time limit, s, of one flight in JSBSim."""
 
 _ENOUGH = 400
-"""Display: characters of what JSBSim said last, in a message."""
+"""Display: characters of JSBSim's last output quoted in a message."""
 
 
 def require_jsbsim() -> None:
-    """Nothing where JSBSim is installed.
+    """None; checks that JSBSim is installed.
 
     Raises
     ------
     UsageError
-        Where it is not.
+        Where it is not installed.
     """
     if importlib.util.find_spec("jsbsim") is None:
         raise UsageError("JSBSim, which this command needs, is not installed; install it with pip install jsbsim.")
@@ -44,14 +44,14 @@ def require_jsbsim() -> None:
 def run_job(
     aircraft: Mapping[str, ET.Element], job: Mapping[str, Any], drives: Mapping[str, Array] | None = None
 ) -> tuple[dict[str, Any], dict[str, Array]]:
-    """The worker's answer, and the histories of the flight (empty where none was flown).
+    """The worker's results, and the histories of the flight (empty where none was flown).
 
     Parameters
     ----------
     aircraft : mapping of str to Element
         Name -> `<fdm_config>`.
     job : mapping
-        What `worker` reads.
+        The job, as read by `worker`.
     drives : mapping of str to (F,), optional
         Property -> value in each frame.
 
@@ -85,8 +85,8 @@ def run_job(
 
 
 def _run(folder: Path) -> None:
-    """Start the worker and wait; it must leave an answer."""
-    # The worker finds the package where this process found it, and leaves no file behind in the user's folder.
+    """Start the worker and wait; it must write its results."""
+    # The worker imports the package from where this process did, and leaves no file in the user's folder.
     paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
     environment = os.environ | {"PYTHONPATH": paths, "JSBSIM_DEBUG": "0"}
     command = [sys.executable, "-m", "aerosid.studies.jsbsim.worker", str(folder)]
@@ -98,6 +98,8 @@ def _run(folder: Path) -> None:
         raise EstimationError(f"JSBSim did not end within {_LONGEST:g} s; fly a shorter manoeuvre.") from None
     if (folder / ANSWER).exists():
         return
-    said = " ".join(f"{run.stdout}\n{run.stderr}".split())[-_ENOUGH:]
+    output = " ".join(f"{run.stdout}\n{run.stderr}".split())[-_ENOUGH:]
     how = f"with signal {signal.Signals(-run.returncode).name}" if run.returncode < 0 else f"with code {run.returncode}"
-    raise EstimationError(f"JSBSim ended {how} on this aircraft (last output: {said or 'none'}); try another aircraft.")
+    raise EstimationError(
+        f"JSBSim ended {how} on this aircraft (last output: {output or 'none'}); try another aircraft."
+    )

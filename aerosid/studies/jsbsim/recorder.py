@@ -1,4 +1,4 @@
-"""The log of a flight of JSBSim: its sensors, with their errors, places and noise."""
+"""The log of a flight of JSBSim: its sensors, with their errors, positions and noise."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ def recorded_flight(
     histories: Mapping[str, Array],
     thrust: float,
 ) -> FlightLog:
-    """What the recorder holds: sensors with their errors, noise, and the recorded thrust, which is the trim's.
+    """The recorded log: sensors with their errors, noise, and the recorded thrust, which is the trim's.
 
     Parameters
     ----------
     plan : FlightPlan
     moving : sequence of str
-        Channels that the flight moves; of them those that `USUAL_NOISE` knows are recorded.
+        Channels moved in the flight; those of them in `USUAL_NOISE` are recorded.
     effects : sequence of InjectedEffect
-        Those of sensors act here.
+        Those of sensors are applied here.
     frames : (F,)
         Times of the frames, s.
     count : int
-        Frames from one sample to the next.
+        Frames per sample.
     histories : mapping of str to (F,)
         True values in the frames, SI.
     thrust : float
-        N.
+        Thrust of the trim, N.
     """
     generator = np.random.default_rng(plan.seed)
     channels = {}

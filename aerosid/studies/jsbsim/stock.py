@@ -1,6 +1,6 @@
-"""Aircraft of the installed JSBSim, as variants built at run time: engines and lateral axes out, controls driven by us.
+"""Aircraft of the installed JSBSim, as variants built at run time: without engines and lateral axes, controls driven.
 
-Many of the files are under the GPL: they are read where JSBSim is installed and never kept.
+Many of the files are under the GPL: they are read from the installed JSBSim and never copied.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ CONDITIONS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "737": (170.0, 6000.0),
     }
 )
-"""Airspeed [m/s] and altitude [m] of level cruise for the aircraft that are flown most."""
+"""Airspeed [m/s] and altitude [m] of level cruise of the aircraft used most."""
 
 
 @dataclass(frozen=True)
 class StockParts:
-    """What a variant takes over from an aircraft of JSBSim.
+    """Parts of an aircraft of JSBSim used in a variant.
 
     Attributes
     ----------
     name, title : str
-        The folder's name, and what the file calls itself.
+        Name of the folder, and title in the file.
     elements : tuple of Element
         `<metrics>`, `<mass_balance>` and, where there are tanks, `<propulsion>` without engines.
     aerodynamics : Element
-        Without lateral axes, unless these were asked for.
+        Without lateral axes, unless these were requested.
     reads : tuple of str
-        The properties that the aerodynamics read.
+        The properties read by the aerodynamics.
     elevator_limit, flap_limit, aileron_limit, rudder_limit : float
-        Greatest deflections, rad and, of the flap, deg.
+        Greatest deflections, rad, and of the flap, deg.
     point_masses : int
-        How many point masses the mass balance holds.
+        Number of point masses in the mass balance.
     """
 
     name: str
@@ -65,7 +65,7 @@ class StockParts:
 
 
 def stock_folder() -> Path | None:
-    """Where the installed JSBSim keeps its aircraft; None where there is none."""
+    """Folder of the installed JSBSim's aircraft; None where there is none."""
     found = importlib.util.find_spec("jsbsim")
     if found is None or not found.submodule_search_locations:
         return None
@@ -82,7 +82,7 @@ def stock_aircraft() -> tuple[str, ...]:
 
 
 def stock_parts(name: str, sideways: bool = False) -> StockParts:
-    """The parts of the aircraft in a folder of that name; with its lateral axes where it is to fly in all of them.
+    """The parts of the aircraft in a folder of that name, including its lateral axes where it is to fly in all of them.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def stock_parts(name: str, sideways: bool = False) -> StockParts:
             propulsion.remove(engine)
         elements.append(propulsion)
     for element in elements:
-        # Symmetric: what a file lists on one side only would roll an aircraft without lateral aerodynamics.
+        # Symmetric: a mass listed on one side only would roll an aircraft without lateral aerodynamics.
         for y in element.iter("y"):
             y.text = "0.0"
     return StockParts(
@@ -131,7 +131,7 @@ def stock_parts(name: str, sideways: bool = False) -> StockParts:
 
 
 def _beside(source: Path, name: str) -> Path:
-    """Where JSBSim looks for a file that an aircraft names."""
+    """Path by which JSBSim finds a file named in an aircraft."""
     places = [source.parent / folder / f"{name}{suffix}" for folder in (".", "Systems") for suffix in ("", ".xml")]
     return next((place for place in places if place.is_file()), places[0])
 
@@ -156,7 +156,7 @@ def _reads(aerodynamics: ET.Element) -> tuple[str, ...]:
 
 
 def _travel(root: ET.Element, output: str, otherwise: float) -> float:
-    """The greatest position that a control's component gives out."""
+    """The greatest output of a control's component."""
     reach = 0.0
     for component in root.iter():
         if any((element.text or "").strip() == output for element in component.findall("output")):

@@ -1,8 +1,8 @@
-"""The process that holds JSBSim: reads a job from a folder, flies it, writes the answer beside it.
+"""The process that runs JSBSim: reads a job from a folder, flies it, writes the results next to it.
 
     python -m aerosid.studies.jsbsim.worker FOLDER
 
-JSBSim prints to standard output as it likes, and some of its exceptions end the process; neither reaches the user.
+JSBSim prints to standard output, and some of its exceptions end the process; neither reaches the user.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from aerosid.studies.jsbsim.properties import ANSWER, DEVIATIONS, DRIVES, HISTOR
 
 
 def main(folder: Path) -> None:
-    """Do the job of a folder; an error on purpose is an answer too."""
+    """Do the job of a folder; an expected error is written as a result too."""
     job = json.loads((folder / JOB).read_text(encoding="utf-8"))
     try:
         answer = _TASKS[job["task"]](folder, job)
@@ -52,7 +52,7 @@ def _fly(folder: Path, job: dict[str, Any]) -> dict[str, Any]:
     with np.load(folder / DRIVES) as stored:
         drives = {name: stored[name] for name in stored.files}
     for name in drives.keys() - {THRUST, *DEVIATIONS.values()}:
-        executive[name] = drives[name][0]  # what is there from the start is there in the trim
+        executive[name] = drives[name][0]  # effects present from the start are part of the trim
     executive.attached = job["attached"]
     trimmed = executive.trim(job["airspeed"], job.get("sideways", False))
     executive.freeze(trimmed)

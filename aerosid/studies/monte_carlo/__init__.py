@@ -1,7 +1,7 @@
 """Monte Carlo of the whole chain: detection, efficiency against the Cramer-Rao bound, coverage of the intervals.
 
-`plan` says what is flown and asked, `truth` flies it without noise, `trial` draws the noise and runs the chain once,
-`statistics` puts the runs together; `run` gives them to workers and goes on where a killed study stopped.
+`plan` defines flights and search, `truth` simulates them without noise, `trial` draws the noise and runs the chain
+once, `statistics` combines the runs; `run` distributes them to workers and continues an interrupted study.
 """
 
 from aerosid.studies.monte_carlo.plan import FlownInput, StudyPlan

@@ -1,4 +1,4 @@
-"""A study on the terminal: a table for each level, and for the accuracy study what was asked of it."""
+"""A study on the terminal: a table for each level, and the requirements of the accuracy study."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def print_study(study: Study, console: Console) -> None:
 
 
 def print_demands(study: Study, console: Console) -> None:
-    """Print what is asked of an accuracy study, with the worst that was measured."""
+    """Print the requirements of an accuracy study, with the worst result for each."""
     for level in study.levels:
         for line in demands(level):
             console.print(f"{level_name(level)}: {line}")
 
 
 def demands(level: LevelStatistics) -> list[str]:
-    """One line for each demand on a level: met or not, with the derivative that is worst."""
+    """One line for each requirement on a level: met or not, with the worst derivative."""
     lines = []
     known = [row for row in level.derivatives if row.crlb is not None]
     white = level.noise_colour == 0.0

@@ -1,4 +1,4 @@
-"""The controls of a study's simulated flights: a shape by its name, steps written out, or what a file holds."""
+"""The controls of a study's simulated flights: a named shape, a sequence of steps, or the inputs of a file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _pattern(shape: Steps) -> Shape:
 
 
 def _stepwise(shape: Steps, time: FloatArray, amplitude: float) -> FloatArray:
-    """Steps whose ramps take a sample, from one end of the range to the other."""
+    """Steps whose ramps last one sample, from one end of the range to the other."""
     if START + shape.duration > time[-1]:
         raise UsageError(
             f"--input {shape.name} ends {START + shape.duration:.3g} s after the flight's begin, but the flight at "
@@ -71,14 +71,14 @@ None: the shape's own."""
 
 @dataclass(frozen=True)
 class RecordedInput:
-    """An elevator that a file holds, as deviation from its first sample.
+    """An elevator input from a file, as deviation from its first sample.
 
     Attributes
     ----------
     name : str
-        Of the file.
+        Name of the file.
     interval : float
-        s between the samples here, even.
+        s between its samples, uniform.
     deviation : tuple of float
         rad, linear between the samples.
     """
@@ -88,22 +88,22 @@ class RecordedInput:
     deviation: tuple[float, ...]
 
     def at(self, time: FloatArray) -> FloatArray:
-        """The deflection (N,) rad at samples (N,) s; after its end it rests where it ended."""
+        """The deflection (N,) rad at samples (N,) s; constant after its end."""
         return np.interp(time, self.interval * np.arange(len(self.deviation)), self.deviation)
 
     def describe(self) -> dict[str, str]:
-        """Name and content, as JSON holds it."""
+        """Name and content, as a JSON object."""
         content = hashlib.sha256(np.array([self.interval, *self.deviation]).tobytes())
         return {"path": self.name, "content": content.hexdigest()}
 
 
 def read_input(path: Path, interval: float) -> RecordedInput:
-    """The elevator of a log or of `next_input.csv`, on even steps of `interval` s.
+    """The elevator of a log or of `next_input.csv`, at uniform steps of `interval` s.
 
     Raises
     ------
     LogError
-        Where the file cannot be read or holds no complete delta_e.
+        Where the file cannot be read or contains no complete delta_e.
     """
     manoeuvre = recorded(path, interval)
     return RecordedInput(path.name, interval, tuple(manoeuvre.deviation.tolist()))
@@ -118,14 +118,14 @@ def deflection(shape: str | RecordedInput, time: FloatArray, amplitude: float, u
         One of `SHAPES`, steps as in 0.8@1,0.6@-1 (seconds at a level of the amplitude), or a file's.
     time : ndarray, shape (N,)
     amplitude : float
-        rad; a file has its own.
+        rad; a file contains its own.
     unit : float or None
         s: half a doublet, the 1 of a 3211, half the shortest period of sweep and multisine; None: the shape's own.
 
     Raises
     ------
     UsageError
-        Where the shape is not known, or does not fit into the flight.
+        Where the shape is unknown, or does not fit into the flight.
     """
     if isinstance(shape, RecordedInput):
         return shape.at(time)
@@ -142,19 +142,19 @@ def deflection(shape: str | RecordedInput, time: FloatArray, amplitude: float, u
 def in_turn(
     controls: Sequence[str], shape: str | RecordedInput, time: FloatArray, amplitude: float, unit: float | None
 ) -> dict[str, FloatArray]:
-    """The deviation of each control from trim (N,), rad: the shape in its own share of the flight, one after another.
+    """The deviation of each control from trim (N,), rad: the shape in successive parts of the flight.
 
     Parameters
     ----------
     controls : sequence of str
         At least one.
     shape, time, amplitude, unit
-        As of `deflection`; a file holds the elevator alone.
+        As for `deflection`; a file contains the elevator only.
 
     Raises
     ------
     UsageError
-        As of `deflection`; and where a file is to be flown by others than the elevator.
+        As for `deflection`; and where a file is to be flown by other controls than the elevator.
     """
     if isinstance(shape, RecordedInput) and tuple(controls) != ("delta_e",):
         raise UsageError(
@@ -171,7 +171,7 @@ def in_turn(
 
 
 def _steps_of(text: str) -> Steps:
-    """Steps as a person writes them."""
+    """Steps as text."""
     durations, levels = [], []
     for word in text.split(","):
         try:

@@ -41,7 +41,7 @@ def error_chart(levels: Sequence[LevelStatistics], shares: Sequence[float]) -> C
 
 
 def coverage_chart(levels: Sequence[LevelStatistics], shares: Sequence[float]) -> Chart:
-    """How often the 95 % interval of each derivative holds the true value: corrected, as published, plain."""
+    """Coverage of the true value by the 95 % interval of each derivative: corrected, as published, plain."""
     return _by_derivative(
         levels,
         shares,
@@ -57,15 +57,15 @@ def coverage_chart(levels: Sequence[LevelStatistics], shares: Sequence[float]) -
 
 
 def detection_chart(levels: Sequence[LevelStatistics], shares: Sequence[float]) -> Chart:
-    """Share of runs that name all that is missing, and that name something that is not."""
+    """Fraction of runs that identify all missing effects, and of runs that identify a wrong one."""
     found = [_hundredfold(level.detected) for level in levels]
     false = [_hundredfold(level.false_alarms) for level in levels]
     tiles = []
-    asked: tuple[tuple[str, list[float | None], Role], ...] = (
+    detection: tuple[tuple[str, list[float | None], Role], ...] = (
         ("detected [%]", found, "after"),
         ("false alarms [%]", false, "declared"),
     )
-    for label, values, role in asked:
+    for label, values, role in detection:
         if any(value is not None for value in values):
             tiles.append(_tile(label, shares, [(role, values)], (0.0, 105.0) if role == "after" else None))
     return tiled(tiles)

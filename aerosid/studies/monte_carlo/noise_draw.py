@@ -1,4 +1,4 @@
-"""Noise of a study's flights: white, with memory, or drawn again from the residuals of a real one."""
+"""Noise of a study's flights: white, autocorrelated, or resampled from the residuals of a real one."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ColouredNoise:
-    """Noise of unit variance, independent between channels, whose correlation falls by `memory` from sample to sample.
+    """Noise of unit variance, independent between channels, whose correlation decreases by `memory` per sample.
 
-    memory 0 is white; AR(1) otherwise.
+    AR(1); white for memory 0.
     """
 
     memory: float
@@ -37,19 +37,19 @@ class ColouredNoise:
 
 @dataclass(frozen=True)
 class RedrawnNoise:
-    """Noise of unit variance put together from blocks of recorded residuals, all channels from the same places.
+    """Noise of unit variance composed of blocks of recorded residuals, all channels from the same samples.
 
     Attributes
     ----------
     residuals : ndarray, shape (N, p)
-        Without their means, in units of their own deviations.
+        Residuals without their means, divided by their standard deviations.
     block : int
-        Samples in a block.
+        Samples per block.
 
     Notes
     -----
     Circular block bootstrap (Politis & Romano 1992), the first block cut at a random place so that the result is
-    stationary: what a sample shares with one k later is that of the residuals times 1 - k/block.
+    stationary: its autocovariance at lag k is that of the residuals times 1 - k/block.
     """
 
     residuals: FloatArray
@@ -79,7 +79,7 @@ NoiseSource = ColouredNoise | RedrawnNoise
 
 
 def redrawn(residuals: FloatArray) -> tuple[RedrawnNoise, FloatArray]:
-    """The source that draws from residuals (N, p), missing samples interpolated, and their deviations (p,), SI.
+    """The source that draws from residuals (N, p), missing samples interpolated, and standard deviations (p,), SI.
 
     Notes
     -----

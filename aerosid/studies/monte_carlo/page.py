@@ -1,4 +1,4 @@
-"""study.html: what a study shows, in one file that loads nothing and runs nothing."""
+"""study.html: the results of a study, in one file that loads nothing and runs nothing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Drawn:
 
 
 def level_name(level: LevelStatistics) -> str:
-    """A level as a person calls it."""
+    """A noise level in words."""
     if level.snr is None:
         return "no noise"
     name = "recorded noise" if level.snr == "recorded" else f"SNR {level.snr:g}"
@@ -35,12 +35,12 @@ def level_name(level: LevelStatistics) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share in per cent; a dash for none."""
+    """A fraction in per cent; a dash for None."""
     return notation.MISSING if share is None else f"{100.0 * share:.1f}"
 
 
 def drawn_figures(study: Study) -> list[tuple[str, list[Drawn]]]:
-    """The figures of each colour of noise, under the words for it."""
+    """The figures of each colour of noise, by its name in words."""
     book = FigureBook()
     truth = study.trials.truth
     signal = dict(zip(truth.identification.manoeuvre.outputs, truth.signal.tolist(), strict=True))
@@ -103,7 +103,7 @@ def page_html(study: Study, groups: Sequence[tuple[str, Sequence[Drawn]]]) -> st
     ----------
     study : Study
     groups : sequence of (str, sequence of Drawn)
-        As `drawn_figures` gives them.
+        From `drawn_figures`.
     """
     template = page_environment(_TEMPLATES).get_template("study.html")
     return template.render(

@@ -1,4 +1,4 @@
-"""Plan of a Monte Carlo study: aircraft, manoeuvre, noise, number of runs, and what is asked."""
+"""Plan of a Monte Carlo study: aircraft, manoeuvre, noise, number of runs, and scope of the search."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Snr = float | None | Literal["recorded"]
 
 
 MOST_SAMPLES = 1_000_000
-"""Numerical: samples of one simulated manoeuvre at most: nearly three hours at 100 Hz; more is a slip of the finger."""
+"""Numerical: maximum number of samples of a simulated manoeuvre: nearly three hours at 100 Hz; more is a typo."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class FlownInput:
     Attributes
     ----------
     shape : str or RecordedInput
-        Of the elevator, or of each surface in turn, as `elevator.deflection` takes it.
+        Of the elevator, or of each surface in turn, as for `elevator.deflection`.
     amplitude : float
-        rad; a recorded input has its own.
+        rad; a recorded input contains its own.
     unit : float or None
         s, base time of the shape; None: its own.
     airspeed, density : float or None
@@ -70,11 +70,11 @@ class FlownInput:
 
     @property
     def name(self) -> str:
-        """The shape as a person calls it."""
+        """The shape in words."""
         return self.shape.name if isinstance(self.shape, RecordedInput) else self.shape
 
     def describe(self) -> dict[str, Any]:
-        """All of it, as JSON holds it."""
+        """All fields, as a JSON object."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return fields | ({"shape": self.shape.describe()} if isinstance(self.shape, RecordedInput) else {})
 
@@ -88,29 +88,29 @@ class StudyPlan:
     aircraft : Aircraft
         The declared model.
     flown : FlownInput
-        The manoeuvre, where no log is the base.
+        The simulated manoeuvre, where the study is not based on a log.
     base : FlightLog or None
-        A log whose inputs are flown again, and whose residuals are drawn again as noise.
+        A log whose inputs are flown again, and whose residuals are resampled as noise.
     validation : str, RecordedInput or FlightLog
-        The input, or the log with the inputs, of the flight that is only predicted.
+        The input, or the log with the inputs, of the flight used for prediction only.
     measured : tuple of str
-        Output channels that are recorded, by default `USUAL` as far as the aircraft's case has them; of a base log
-        those that it holds.
+        Recorded output channels, by default those of `USUAL` in the aircraft's case; of a base log those that it
+        contains.
     elevator_noise : float
-        rad per sample of each recorded surface that flies.
+        rad per sample of each recorded surface that moves.
     snrs : tuple of float, None or "recorded"
-        Ratio of a channel's standard deviation about its mean to that of its noise; None: no noise at all, the
-        surfaces' included; "recorded": the noise of the base log.
+        Ratio of a channel's standard deviation about its mean to that of its noise; None: no noise at all, surfaces
+        included; "recorded": the noise of the base log.
     colours : tuple of float
         Correlation of neighbouring samples of the outputs' noise, AR(1); 0 is white. Not used with a base log.
     effects : tuple of Planted
-        What is flown beside the declared model.
+        Effects flown in addition to the declared model.
     runs : int
-        At each level; one where there is no noise.
+        Runs at each level; one where there is no noise.
     seed : int
-        Of every draw.
+        Seed of every draw.
     catalogue : "known", "terms" or "all"
-        What the search may name: nothing, the structure being known; aerodynamic terms; everything.
+        Scope of the search: none, with known structure; aerodynamic terms; everything.
     """
 
     aircraft: Aircraft
@@ -153,7 +153,7 @@ class StudyPlan:
             raise UsageError("--seed and --elevator-noise may not be negative.")
 
     def _check_effects(self) -> None:
-        """Refuse what this aircraft's case has no place for."""
+        """Refuse channels and controls that this aircraft's case does not have."""
         axes = self.aircraft.axes
         for effect in self.effects:
             of_sensor = effect.kind.startswith("sensor_")
@@ -171,7 +171,7 @@ class StudyPlan:
         return tuple(dict.fromkeys(pairs))
 
     def runs_at(self, level: int) -> int:
-        """How many runs a level has."""
+        """Number of runs of a level."""
         return 1 if self.levels[level][0] is None else self.runs
 
     @property
@@ -180,7 +180,7 @@ class StudyPlan:
         return [f"{level}/{run}" for level in range(len(self.levels)) for run in range(self.runs_at(level))]
 
     def describe(self) -> dict[str, Any]:
-        """All that decides a result but the number of runs, as JSON holds it."""
+        """All inputs that determine a result except the number of runs, as a JSON object."""
         return {
             "aircraft": {"path": self.aircraft.path, "sha256": self.aircraft.sha256},
             "base": _named(self.base) if self.base is not None else None,
@@ -196,7 +196,7 @@ class StudyPlan:
 
     @property
     def identity(self) -> str:
-        """By which results are known to belong to this study: more runs may be added to it, nothing else changed."""
+        """Identification of the results of this study: runs may be added, nothing else may change."""
         state = {"aerosid": __version__, "sources": source_state(), "study": self.describe()}
         text = json.dumps(state, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
@@ -209,7 +209,7 @@ def _described(validation: str | RecordedInput | FlightLog) -> str | dict[str, s
 
 
 def _named(log: FlightLog) -> dict[str, str]:
-    content = hashlib.sha256(log.time.tobytes())  # a channel map or a cut changes what the same file says
+    content = hashlib.sha256(log.time.tobytes())  # a channel map or a span changes the log of the same file
     for name, values in log.channels.items():
         content.update(name.encode() + values.tobytes())
     return {"path": log.path or log.name, "sha256": log.sha256, "content": content.hexdigest()}

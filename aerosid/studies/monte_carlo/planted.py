@@ -19,7 +19,7 @@ _HOW = (
 
 @dataclass(frozen=True)
 class Planted:
-    """One effect that the flown aircraft has and its file does not declare.
+    """One effect of the flown aircraft that its file does not declare.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Planted:
     value : float
         In the unit of the kind, SI.
     time : float or None
-        Of a step change, s.
+        Start of a step change, s.
     """
 
     kind: str
@@ -39,21 +39,21 @@ class Planted:
 
     @property
     def label(self) -> tuple[str, str, str]:
-        """Kind, place and term: by which it counts as found."""
+        """Kind, place and term: the criterion for its identification."""
         return self.kind, self.where, self.term
 
     @property
     def entry(self) -> Entry | None:
-        """The term, where it is one."""
+        """The term, where it is an aerodynamic term."""
         return (self.where, parse_term(self.term)) if self.kind == "aero_term" else None
 
     def active(self, interval: float, log: str) -> ActiveEffect:
-        """The effect with its numbers, for a flight with samples every `interval` s.
+        """The effect with its parameters, for a flight with samples every `interval` s.
 
         Raises
         ------
         UsageError
-            Where it needs more numbers, or cannot be flown because its motion is known by statistics alone.
+            Where it needs more parameters, or cannot be flown because its motion is random.
         """
         kind = KINDS[self.kind]
         numbers = {kind.leading: self.value} | ({} if self.time is None else {"time": self.time})
@@ -70,12 +70,12 @@ class Planted:
 
 
 def parse_planted(text: str) -> Planted:
-    """The effect that a word of the command line says.
+    """The effect written as in the command line.
 
     Raises
     ------
     UsageError
-        Where it says none.
+        Where the text is not an effect.
     """
     head, equals, number = text.partition("=")
     number, at, moment = number.partition("@")
@@ -97,7 +97,7 @@ def parse_planted(text: str) -> Planted:
         raise UsageError(f"--effect {text!r} cannot be read; {_HOW}. Kinds: {', '.join(KINDS)}.")
     place = rest.strip()
     if KINDS[kind].place == "coefficient" and place not in COEFFICIENTS:
-        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is no coefficient; {_HOW}.")
+        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is not a coefficient; {_HOW}.")
     if KINDS[kind].place == "input" and not place.startswith("delta_"):
-        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is no control surface; {_HOW}.")
+        raise UsageError(f"--effect {text!r}: {place or 'nothing'} is not a control surface; {_HOW}.")
     return Planted(kind, place, "", value, time)

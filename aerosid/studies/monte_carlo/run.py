@@ -1,4 +1,4 @@
-"""Run of a study: the truth flown, the runs given to workers, the results put together."""
+"""Run of a study: truth simulated, runs distributed to workers, results combined."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from aerosid.studies.monte_carlo.truth import make_truth
 from aerosid.studies.workers import EVERY_CORE, FAILURE, Workers, work_off
 
 JOURNAL = "study.journal"
-"""Name of the file that holds the runs; with it in place a study goes on where it stopped."""
+"""Name of the journal of runs; where it exists an interrupted study continues."""
 
 _CHUNK = 4
-"""Numerical: runs that a worker takes at once: about a second."""
+"""Numerical: runs per work item of a worker: about a second."""
 
 
 @dataclass(frozen=True)
@@ -31,15 +31,15 @@ class Study:
     ----------
     plan : StudyPlan
     trials : Trials
-        What was flown.
+        The true aircraft and its flights.
     levels : tuple of LevelStatistics
         In the order of the plan.
     failures : mapping of str to int
-        The sentences of runs that gave no numbers, and how often each.
+        The error sentences of runs without numbers, and the count of each.
     directory : Path
         Where the runs are.
     lost : mapping of str to str
-        Runs that cost their worker its life, with a sentence; the journal does not hold them.
+        Runs whose worker process died, with a sentence; the journal does not contain them.
     """
 
     plan: StudyPlan
@@ -56,7 +56,7 @@ class Study:
 
 
 Announce = Callable[[int, int], None]
-"""Told how many runs there are and how many of them are done already."""
+"""Called with the number of runs, and of those already done."""
 
 
 def run_study(
@@ -66,23 +66,23 @@ def run_study(
     announce: Announce = lambda _all, _done: None,
     tick: Callable[[int], None] = lambda _runs: None,
 ) -> Study:
-    """The study, finished; runs that `directory` holds already are not done again.
+    """The completed study; runs present in `directory` are not repeated.
 
     Parameters
     ----------
     plan : StudyPlan
     directory : Path
-        Where the journal of runs is kept.
+        Folder of the journal of runs.
     workers : Workers
     announce, tick : callable
-        Told how many runs there are and are done, then how many were finished since the last call.
+        Called with the number of runs and of those done, then with the number completed since the last call.
 
     Raises
     ------
     UsageError
-        Where the plan does not fit, or the folder holds another study.
+        Where the plan is inconsistent, or the folder contains another study.
     EstimationError
-        Where the true flight cannot be flown, or no run at all gives numbers.
+        Where the true flight cannot be simulated, or no run gives numbers.
     """
     trials = Trials(make_truth(plan), plan.levels, plan.seed, plan.catalogue).begun()
     levels = []
@@ -103,7 +103,7 @@ def run_study(
 
 
 def _rows(plan: StudyPlan, journal: Journal, level: int, lost: Mapping[str, str]) -> list[Row]:
-    """One level at a time is held in memory. The journal may hold more runs, of a time when more were asked for."""
+    """One level at a time is in memory. The journal may contain more runs, from a call with a larger number."""
     prefix = f"{level}/"
     wanted = {f"{prefix}{run}": run for run in range(plan.runs_at(level))}
     rows: list[Row] = [{FAILURE: lost.get(key, "not run")} for key in wanted]

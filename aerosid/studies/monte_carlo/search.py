@@ -1,4 +1,4 @@
-"""The chain as a study runs it: `identify` of the loop, or the estimate of a structure that is known."""
+"""The chain of a study: `identify` of the loop, or the estimation of a known structure."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from aerosid.studies.monte_carlo.plan import Catalogue
 
 @dataclass(frozen=True)
 class Found:
-    """What the chain made of one log.
+    """Result of the chain for one log.
 
-    `before` the declared structure re-estimated, None where the structure was known; `completed` with all that was
-    found, `uncertainty` its deviations.
+    `before` the declared structure re-estimated, None where the structure was known; `completed` with all effects
+    found, `uncertainty` its standard errors.
     """
 
     manoeuvre: Manoeuvre
@@ -38,9 +38,9 @@ class Found:
 
 
 def loop_settings(catalogue: Catalogue, start: Sequence[float] = ()) -> LoopSettings:
-    """The loop's settings in a study: those of `close_loop`, but for what it reports beside its findings.
+    """The loop's settings in a study: those of `close_loop`, without the parts that only serve its report.
 
-    Where terms alone are asked for, the instruments are not compared with each other either.
+    Where only terms are searched, there is no data compatibility check either.
     """
     everything = catalogue == "all"
     return LoopSettings(
@@ -54,7 +54,7 @@ def loop_settings(catalogue: Catalogue, start: Sequence[float] = ()) -> LoopSett
 
 
 def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequence[float] = ()) -> Found:
-    """What one log says of the aircraft.
+    """Identification of the aircraft from one log.
 
     Parameters
     ----------
@@ -63,14 +63,14 @@ def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequ
     aircraft : Aircraft
         The declared model.
     catalogue : "terms" or "all"
-        What the search may name.
+        Scope of the search.
     start : sequence of float
-        Values of the declared terms to begin their re-estimation from; empty: those declared.
+        Initial values of the declared terms for their re-estimation; empty: those declared.
 
     Raises
     ------
     LogError, EstimationError
-        As of `identify`; EstimationError too where the instruments contradict each other, so that nothing is judged.
+        As for `identify`; EstimationError also where the instruments contradict each other and nothing is estimated.
     """
     identified = identify([log], aircraft, settings=loop_settings(catalogue, start))
     found = identified.found
@@ -82,19 +82,19 @@ def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequ
 def estimate_known(
     log: FlightLog, aircraft: Aircraft, structure: Sequence[Entry] = (), effects: Sequence[ActiveEffect] = ()
 ) -> Found:
-    """The estimate of a structure that is known.
+    """The estimate of a known structure.
 
     Parameters
     ----------
     structure : sequence of Entry
-        The terms beside those declared, estimated from zero.
+        The terms in addition to those declared, estimated from zero.
     effects : sequence of ActiveEffect
-        The effects that are no term, with start values.
+        The effects that are not terms, with initial values.
 
     Raises
     ------
     LogError, EstimationError
-        As of `identify`.
+        As for `identify`.
     """
     plain = declared_model(aircraft, log.mean_airspeed, [term for _, term in structure])
     manoeuvre = prepare(log, aircraft, plain.columns)

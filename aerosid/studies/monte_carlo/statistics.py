@@ -24,12 +24,12 @@ WIDTH = 1.959963984540054
 """Standard: half width of a 95 % interval in standard deviations."""
 
 KINDS = ("own", "published", "plain")
-"""The three standard deviations of a run: corrected here, as Morelli & Klein published, as if residuals were white."""
+"""The three standard errors of a run: corrected here, as published by Morelli & Klein, as if residuals were white."""
 
 
 @dataclass(frozen=True)
 class DerivativeStatistics:
-    """One derivative at one level; None where there is no number.
+    """One derivative at one level; None where a number is unknown.
 
     A run whose model lacks the derivative counts with the value zero and as not covered.
 
@@ -38,15 +38,15 @@ class DerivativeStatistics:
     coefficient, term : str
     true : float
     found : float
-        Share of runs whose model holds it.
+        Fraction of runs whose model contains it.
     bias, median_error, rmse : float
-        Of estimated minus true.
+        Of the difference of estimated and true value.
     crlb, rmse_over_crlb : float or None
-        The Cramer-Rao bound for a known structure, and how near the error comes.
+        The Cramer-Rao bound for a known structure, and the efficiency relative to it.
     std_error, std_error_published, std_error_plain : float or None
-        Root mean square over the runs of the deviation that the chain reports, and of its two rivals.
+        Root mean square over the runs of the standard error reported by the chain, and of its two alternatives.
     coverage95, coverage95_published, coverage95_plain : float or None
-        Share of runs whose interval of 1.96 of these deviations holds the true value; None without noise.
+        Fraction of runs whose interval of 1.96 of these standard errors contains the true value; None without noise.
     """
 
     coefficient: str
@@ -79,9 +79,10 @@ class NamedShare:
 
 @dataclass(frozen=True)
 class PredictionStatistics:
-    """Error of the flight that is only predicted: medians over the runs of its root mean square, SI.
+    """Error of the flight used for prediction only: medians over the runs of its root mean square, SI.
 
-    `signal` is the channel's standard deviation there; `departed` the share of completed models that leave their range.
+    `signal` is the channel's standard deviation there; `departed` the fraction of completed models that leave their
+    range.
     """
 
     channel: str
@@ -103,15 +104,15 @@ class LevelStatistics:
     noise_colour : float
         Correlation of neighbouring samples of the outputs' noise.
     runs, failed : int
-        Those that gave numbers, and those that did not.
+        Runs with numbers, and runs without.
     detected : float or None
-        Share of runs that name every planted effect; None where none was planted or the structure was known.
+        Fraction of runs that identify every planted effect; None where none was planted or the structure was known.
     false_alarms : float or None
-        Share of runs that name anything else.
+        Fraction of runs that identify any other effect.
     noise : mapping of str to float
-        Deviation of each channel's noise, SI.
+        Standard deviation of each channel's noise, SI.
     named : tuple of NamedShare
-        Planted effects first, then what else was named, most often first.
+        Planted effects first, then other identified effects, the most frequent first.
     prediction : tuple of PredictionStatistics
     derivatives : tuple of DerivativeStatistics
     """
@@ -133,15 +134,15 @@ def bounds(trials: Trials) -> list[FloatArray | None]:
     truth = trials.truth
     flight = truth.identification
     without_inputs: Sensitivity | None = None
-    asked = False
+    computed = False
     found: list[FloatArray | None] = []
     for level, (snr, _) in enumerate(trials.levels):
         outputs, inputs = trials.deviations(level)
         if snr is None or not np.all(outputs > 0.0):
             found.append(None)
             continue
-        if not asked:
-            asked = True
+        if not computed:
+            computed = True
             without_inputs = sensitivity(
                 with_columns_of(truth.model, truth.acting),
                 flight.manoeuvre,
@@ -159,23 +160,23 @@ def bounds(trials: Trials) -> list[FloatArray | None]:
 def _bound(held: Sensitivity, noise: FloatArray, input_variance: FloatArray) -> FloatArray | None:
     try:
         return held.bound(noise, input_variance)
-    except ValueError:  # residuals drawn again from few blocks need not have a covariance of full rank
+    except ValueError:  # residuals resampled from few blocks may have a covariance without full rank
         return None
 
 
 def level_statistics(trials: Trials, level: int, rows: Sequence[Row], bound: FloatArray | None) -> LevelStatistics:
-    """What the runs of one level say.
+    """Statistics of the runs of one level.
 
     Parameters
     ----------
     trials : Trials
-        What was flown.
+        The true aircraft and its flights.
     level : int
-        Which of its levels.
+        Number of the level.
     rows : sequence of dict
         The results of `run_trial`, in the order of the runs; failures among them.
     bound : ndarray, shape (F,), or None
-        As `bounds` gives it.
+        From `bounds`.
     """
     truth = trials.truth
     good = [row for row in rows if FAILURE not in row]
@@ -227,7 +228,7 @@ def _prediction(truth: Truth, rows: Sequence[Row]) -> tuple[PredictionStatistics
 
 
 def _median(values: FloatArray) -> float | None:
-    """A run that departed counts as worse than all others."""
+    """A run whose simulation departed ranks worse than all others."""
     middle = float(np.median(np.where(np.isfinite(values), values, np.inf)))
     return middle if np.isfinite(middle) else None
 

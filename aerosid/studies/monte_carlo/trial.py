@@ -1,4 +1,4 @@
-"""One run of a study: noise is drawn, the chain runs, and what it found is set down as numbers."""
+"""One run of a study: draws the noise, runs the chain, and returns the results as numbers."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ FloatArray = NDArray[np.float64]
 
 
 _NO_RUN = 2**32 - 1
-"""Numerical: number of no run, which seeds what is drawn once for all runs."""
+"""Numerical: an unused run number, which seeds the draws common to all runs."""
 
 
 @dataclass(frozen=True)
 class Trials:
-    """All that the runs of a study share; sent to workers.
+    """Data shared by all runs of a study; sent to workers.
 
     Attributes
     ----------
@@ -37,8 +37,8 @@ class Trials:
     seed : int
     catalogue : "known", "terms" or "all"
     starts : tuple of tuple of float
-        Of each level: where the re-estimation of the declared terms begins; it takes a third of a run's time from the
-        declared values, which are far off where the structure is wrong. Empty: from those declared.
+        By level, initial values of the declared terms for their re-estimation; from the declared values, which are far
+        off where the structure is wrong, it takes a third of a run's time. Empty: those declared.
     """
 
     truth: Truth
@@ -48,7 +48,7 @@ class Trials:
     starts: tuple[tuple[float, ...], ...] = ()
 
     def begun(self) -> Trials:
-        """With starts: what a further flight at each level gives, of a number that no run has."""
+        """The shared data with initial values: results of one more flight at each level, with an unused run number."""
         if self.catalogue == "known":
             return self
         starts = []
@@ -67,7 +67,7 @@ class Trials:
         return outputs, truth.input_deviation
 
     def source(self, level: int) -> NoiseSource:
-        """What the outputs' noise is drawn from."""
+        """The source of the outputs' noise."""
         return self.truth.recorded or ColouredNoise(self.levels[level][1])
 
     def log(self, level: int, run: int) -> FlightLog:
@@ -91,8 +91,8 @@ class Trials:
 def run_trial(trials: Trials, key: str) -> Row:
     """The result of the run level/number.
 
-    `values`, `plain`, `published`, `own`: of each true derivative its estimate and three standard deviations, None
-    where the model does not hold it; `found`: kind, place, term, value and deviation of each effect that was named;
+    `values`, `plain`, `published`, `own`: of each true derivative its estimate and three standard errors, None where
+    the model does not contain it; `found`: kind, place, term, value and standard error of each identified effect;
     `before`, `after`: root-mean-square error of each output of the predicted flight, None where it departs.
     """
     level, run = (int(part) for part in key.split("/"))
@@ -130,7 +130,7 @@ def _predicted(truth: Truth, found: Found) -> Row:
 
 
 def _errors(truth: Truth, model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> list[float | None]:
-    """Root-mean-square of true minus predicted outputs of the validation flight, its true initial state given."""
+    """Root-mean-square of true minus predicted outputs of the validation flight, from its true initial state."""
     flight = truth.validation
     assert flight is not None
     acting = [active for active in effects if active.acts_on(flight.manoeuvre.name)]

@@ -1,4 +1,4 @@
-"""The true flight of a study: simulated from trim, or what a real log became when its loop was closed."""
+"""The true flight of a study: simulated from trim, or the completed model of a real log."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ _FINER = 3
 """Numerical: steps of the truth's integration within a sampling interval."""
 
 VALIDATION_SHARE = 0.75
-"""Design: size of a simulated validation input over that of the identification, 1: it predicts inside the range that
-was seen."""
+"""Design: size of a simulated validation input over that of the identification, 1: it predicts inside the range of
+the identification."""
 
 
 @dataclass(frozen=True)
 class TrueFlight:
     """One flight of the true aircraft, without noise.
 
-    `manoeuvre` holds its true inputs and what sensors without noise record of them; `state` (n,) where it begins.
+    `manoeuvre` contains its true inputs and noise-free sensor readings; `state` (n,) is its initial state.
     """
 
     manoeuvre: Manoeuvre
@@ -46,13 +46,13 @@ class TrueFlight:
 
     @property
     def outputs(self) -> FloatArray:
-        """What sensors without noise record, (N, p) in the order of the manoeuvre's outputs."""
+        """Noise-free sensor readings, (N, p) in the order of the manoeuvre's outputs."""
         return self.manoeuvre.flight.measured[:, _places(self.manoeuvre)]
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Everything about the true aircraft that the runs of a study share.
+    """The true aircraft, as shared by the runs of a study.
 
     Attributes
     ----------
@@ -63,15 +63,15 @@ class Truth:
     free : tuple of Entry
         Its derivatives: those declared and not fixed, then those planted.
     planted : tuple of Planted
-        What the search ought to find.
+        Effects that the search should identify.
     identification : TrueFlight
     validation : TrueFlight or None
     input_deviation : ndarray, shape (E,)
-        Noise of each sample of the recorded extra inputs, SI; of levels with noise.
+        Noise of each sample of the recorded extra inputs, SI; for levels with noise.
     recorded : NoiseSource or None
         The residuals of the base log.
     recorded_deviation : ndarray, shape (p,)
-        Their deviations, SI.
+        Their standard deviations, SI.
     """
 
     aircraft: Aircraft
@@ -86,12 +86,12 @@ class Truth:
 
     @property
     def effects(self) -> tuple[ActiveEffect, ...]:
-        """What acts on controls and sensors of the identification flight beside what the file declares."""
+        """Planted effects on controls and sensors of the identification flight."""
         return planted_effects(self.planted, self.identification.manoeuvre)
 
     @property
     def acting(self) -> tuple[ActiveEffect, ...]:
-        """All that acts on the identification flight: what the file declares, its numbers held, and what is planted."""
+        """All effects on the identification flight: those declared, with their values fixed, and those planted."""
         manoeuvre = self.identification.manoeuvre
         return (*declared_effects(self.aircraft, controls_of(self.model), [manoeuvre]), *self.effects)
 
@@ -102,7 +102,7 @@ class Truth:
 
 
 def planted_effects(planted: tuple[Planted, ...], manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
-    """Those planted effects that are no term, for one flight."""
+    """The planted effects that are not terms, for one flight."""
     interval = manoeuvre.interval
     return tuple(effect.active(interval, manoeuvre.name) for effect in planted if effect.entry is None)
 
@@ -113,7 +113,7 @@ def make_truth(plan: StudyPlan) -> Truth:
     Raises
     ------
     UsageError
-        Where the plan does not fit the aircraft or the log.
+        Where the plan is inconsistent with the aircraft or the log.
     EstimationError
         Where no trim exists, or the flight leaves the model's range.
     """
@@ -121,7 +121,7 @@ def make_truth(plan: StudyPlan) -> Truth:
 
 
 def _true_model(plan: StudyPlan, airspeed: float) -> tuple[AerodynamicModel, tuple[Entry, ...]]:
-    """The declared model with the planted terms in it, and those terms.
+    """The declared model with the planted terms added, and those terms.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def _simulated(plan: StudyPlan) -> Truth:
     model, terms = _true_model(plan, airspeed)
     level = trim(model, airspeed, density, aircraft.mass)
     state, controls = trimmed_state(model, level, ALTITUDE), flown_controls(model)
-    # Where the motion in the plane of symmetry is measured, it is recorded as it stands in the trim.
+    # Where the motion in the plane of symmetry is measured, it is recorded at its trim values.
     recorded = model.axes.measured if "V" in model.axes.measured else ()
 
     def true_flight(flown_input: FlownInput, name: str, effects: tuple[Planted, ...]) -> TrueFlight:
@@ -190,7 +190,7 @@ def _simulated(plan: StudyPlan) -> Truth:
         aircraft=aircraft,
         model=model,
         free=(*_free(aircraft), *(entry for entry in terms if entry not in _free(aircraft))),
-        # A declared term that flies with another value is re-estimated, not found.
+        # A declared term that is flown with another value is re-estimated, not found.
         planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
         validation=validation,
@@ -201,7 +201,7 @@ def _simulated(plan: StudyPlan) -> Truth:
 
 
 def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
-    """The completed model of a real log is the true aircraft, its residuals are the noise."""
+    """The completed model of a real log as the true aircraft, with its residuals as noise."""
     if plan.effects:
         raise UsageError(
             "--effect cannot be combined with --base: the effects missing from the log itself are identified."
@@ -235,7 +235,7 @@ def _from_log(plan: StudyPlan, log: FlightLog) -> Truth:
         planted=planted,
         identification=identification,
         validation=validation,
-        # What the recorded inputs' noise does to the outputs is in the residuals already.
+        # The effect of the recorded inputs' noise on the outputs is already part of the residuals.
         input_deviation=np.zeros(len(found.manoeuvre.extra_columns)),
         recorded=source,
         recorded_deviation=deviation,
@@ -249,11 +249,11 @@ def _recorded(
     state: FloatArray,
     planted: tuple[Planted, ...],
 ) -> TrueFlight:
-    """The flight with what sensors without noise record in place of its measurements, where there were any."""
+    """The flight with noise-free sensor readings in place of its measurements, where there were any."""
     given = declared_effects(aircraft, controls_of(model), [manoeuvre])
     effects = (*given, *planted_effects(planted, manoeuvre))
     model = with_columns_of(model, effects)
-    # Finer than the estimators integrate: the truth must not share their rounding.
+    # Finer than the integration of the estimators: the truth must not share their truncation error.
     finer = replace(manoeuvre, flight=manoeuvre.flight._replace(substeps=_FINER * manoeuvre.flight.substeps))
     outputs, _ = simulate(model, finer, state, effects)
     if not np.isfinite(outputs).all():
@@ -273,7 +273,7 @@ def _can_be_flown(planted: Planted, manoeuvre: Manoeuvre) -> bool:
 
 
 def _lasting(planted: tuple[Planted, ...]) -> tuple[Planted, ...]:
-    """What is there on another flight as well: not a change at a moment of this one."""
+    """Effects that act on another flight as well: not a change at an instant of this one."""
     return tuple(effect for effect in planted if effect.time is None)
 
 

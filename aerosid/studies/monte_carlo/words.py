@@ -1,4 +1,4 @@
-"""Plans from the words of the command line, with ready-made studies to begin from."""
+"""Plans from the options of the command line, with presets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aerosid.studies.monte_carlo.planted import parse_planted
 
 @dataclass(frozen=True)
 class StudyWords:
-    """What the command line says; None where a word was not given. As the fields of `StudyPlan` and `FlownInput`."""
+    """Options of the command line; None where one was not given. As the fields of `StudyPlan` and `FlownInput`."""
 
     aircraft: str | None = None
     input: str | None = None
@@ -68,17 +68,17 @@ PRESETS: dict[str, StudyWords] = {
         catalogue="terms",
     ),
 }
-"""`accuracy`: how near the estimates come to their bound, and whether the intervals are true, the structure known.
+"""`accuracy`: efficiency of the estimates and coverage of the intervals, with known structure.
 `structure`: the search among aerodynamic terms, on the paper's aircraft."""
 
 
 def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
-    """The plan that the words say, those not given taken from the preset, then from the defaults.
+    """The plan for the options; those not given are taken from the preset, then from the defaults.
 
     Raises
     ------
     UsageError
-        Where a word cannot be read.
+        Where a text cannot be read.
     """
     if preset is not None:
         if preset not in PRESETS:
@@ -128,7 +128,7 @@ def _flown(words: StudyWords) -> FlownInput:
 
 
 def _validation(words: StudyWords, flown: FlownInput) -> str | RecordedInput | FlightLog | None:
-    """What the word says: a log with a flight, a file with an elevator alone, or an input."""
+    """The base log, the file with an elevator only, or the shape named by a text."""
     if words.validate is None:
         return "doublet" if words.input == "3211" else None
     if not _is_file(words.validate):
@@ -139,7 +139,7 @@ def _validation(words: StudyWords, flown: FlownInput) -> str | RecordedInput | F
 
 
 def _is_file(word: str) -> bool:
-    """Steps as 0.8@1 have a dot too, and are no file."""
+    """Steps such as 0.8@1 contain a dot too, and are not files."""
     return Path(word).is_file() or (bool(Path(word).suffix) and "@" not in word)
 
 

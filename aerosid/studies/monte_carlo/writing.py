@@ -1,4 +1,4 @@
-"""Write study.json, runs.parquet, study.html and study.pdf: all of them, or none under its final name."""
+"""Writing of study.json, runs.parquet, study.html and study.pdf: all of them, or none under its final name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCHEMA = 1
 
 
 def study_json(study: Study) -> dict[str, Any]:
-    """What study.json holds. `snr` is null without noise and "recorded" with the noise of the base log."""
+    """Contents of study.json. `snr` is null without noise and "recorded" with the noise of the base log."""
     return {
         "schema": SCHEMA,
         "aerosid": __version__,
@@ -33,7 +33,7 @@ def study_json(study: Study) -> dict[str, Any]:
 
 
 def _portable(described: Any) -> Any:
-    """The plan with each path as another machine may read it."""
+    """The plan with paths that are meaningful on another machine."""
     if isinstance(described, dict):
         return {
             name: portable(value) if name == "path" and isinstance(value, str) else _portable(value)
@@ -45,9 +45,8 @@ def _portable(described: Any) -> Any:
 def write_runs(study: Study, path: Path) -> None:
     """Every run as one row of a Parquet file, level by level.
 
-    Columns: `snr` ("none" without noise), `noise_colour`, `run`, `failure`, `found` (effects, one after the other), of
-    each true derivative its estimate and three standard deviations, of each predicted output its error before and
-    after.
+    Columns: `snr` ("none" without noise), `noise_colour`, `run`, `failure`, `found` (effects in one text), of each true
+    derivative its estimate and three standard errors, of each predicted output its error before and after.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

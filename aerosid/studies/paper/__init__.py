@@ -1,4 +1,4 @@
-"""Parameswaran & Raol 1994 reproduced: every table and figure beside what the paper printed."""
+"""Parameswaran & Raol 1994 reproduced: every table and figure compared with the printed ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The reproduction on a terminal: a progress bar while it runs, the tables in short at the end."""
+"""The reproduction on a terminal: a progress bar while it runs, abbreviated tables at the end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def reproduce_with_progress(seeds: int) -> Reproduction:
-    """The reproduction, with a progress bar on the terminal; silent where stderr is none."""
+    """The reproduction, with a progress bar on the terminal; silent where stderr is not a terminal."""
     if not sys.stderr.isatty():
         return reproduce(seeds)
     from rich.console import Console
@@ -35,7 +35,7 @@ def print_reproduction(result: Reproduction, console: Console) -> None:
 
 
 def print_table(view: TableView, console: Console) -> None:
-    """Print one table without its notes, numbers to the right."""
+    """Print one table without its notes, numbers right-aligned."""
     from rich.table import Table
 
     table = Table(title=view.title, title_justify="left")

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.continuous import estimate_continuous
-from aerosid.model_error.functions import model_functions
-from aerosid.model_error.initial_states import estimate_forward_backward
-from aerosid.model_error.weights import Weights, continuous_weights
+from aerosid.model_error.estimators.continuous import estimate_continuous
+from aerosid.model_error.estimators.functions import model_functions
+from aerosid.model_error.estimators.initial_states import estimate_forward_backward
+from aerosid.model_error.estimators.weights import Weights, continuous_weights
 from aerosid.studies.paper.discrete_example import Case
 from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 
@@ -21,10 +21,10 @@ TRUTH = (-0.125, -0.390625, 0.0, -0.01953125)
 
 TERMS = ("X1", "X2", "X2^2", "X2^3")
 START = (1.0, 0.5)
-"""Published: x(0) [1, 1]; the paper prints none."""
+"""Published: x(0) [1, 1]; not printed in the paper."""
 
 INTERVAL = 0.1
-"""Published: s; the paper prints none."""
+"""Published: s; not printed in the paper."""
 
 POINTS = 300
 """Published: samples."""
@@ -36,11 +36,11 @@ CASES = (
     Case("III", (0, 1, 3), (0, 1, 2, 3), POINTS),
     Case("IV", (0, 1, 3), (0, 1, 2, 3), 60),
 )
-"""Case II is figure 3's; the others by analogy with table 1, since table 2's rows did not survive the scan."""
+"""Case II is that of figure 3; the others by analogy with table 1, since table 2's rows are illegible in the scan."""
 
 
 def weights(interval: float = INTERVAL, density: float = 1.0) -> Weights:
-    """Samples good to 1e-3, a model error of this density in (30), none in (31) (X2' = X1 is kinematics)."""
+    """Samples accurate to 1e-3, a model error of this density in (30), none in (31) (X2' = X1 is kinematics)."""
     return continuous_weights(np.eye(2) * 1e-6, interval, np.diag([density, 0.0]), np.eye(2))
 
 
@@ -96,15 +96,15 @@ def solve_case(
     density : float
         Of the model error in (30).
     start : (float, float)
-        Initial state that the estimator is given.
+        Initial state given to the estimator.
     backward_runs : int
         Forward-backward iterations.
     skipped : int
-        First points left out of the least squares.
+        First points excluded from the least squares.
     responded : bool
-        Whether candidates pass through the estimator; without, d^ of (23) is regressed on them as they are.
+        Whether candidates pass through the estimator; otherwise d^ of (23) is regressed on the candidates themselves.
     initial_covariance : float
-        Variance with which the initial states are known beforehand.
+        Prior variance of the initial states.
     """
     time = interval * np.arange(float(case.points))
     measured = true_states(time)

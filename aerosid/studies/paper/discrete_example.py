@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.discrete import estimate_discrete
-from aerosid.model_error.fixed_interval import fixed_interval_discrete
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.weights import Weights, discrete_weights
+from aerosid.model_error.estimators.discrete import estimate_discrete
+from aerosid.model_error.estimators.fixed_interval import fixed_interval_discrete
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.weights import Weights, discrete_weights
 from aerosid.studies.paper.polynomial_fit import PolynomialFit, fit_polynomial
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ TRUTH = (0.5, 0.623, 0.0, -0.05)
 
 TERMS = ("X1", "X2", "X1^2", "X1^3")
 START = (1.0, 0.5)
-"""Published: x(0); the paper prints none."""
+"""Published: x(0); not printed in the paper."""
 
 POINTS = 100
 """Published: samples."""
@@ -29,7 +29,7 @@ POINTS = 100
 
 @dataclass(frozen=True)
 class Case:
-    """One row of table 1 or 2: which of the four terms the model lacks, which are estimated, and on how many points."""
+    """One row of table 1 or 2: the terms that the model lacks, the terms estimated, and the number of points."""
 
     name: str
     lacking: tuple[int, ...]
@@ -46,7 +46,7 @@ CASES = (
 
 
 def weights() -> Weights:
-    """Measurements good to 1e-3, a model error of the order of the states, states known beforehand to about 1."""
+    """Measurements accurate to 1e-3, a model error of the order of the states, prior deviation of states about 1."""
     return discrete_weights(np.eye(2) * 1e-6, np.eye(2), np.eye(2))
 
 
@@ -57,7 +57,7 @@ def model(kept: tuple[float, float, float, float], squared: bool = False) -> Cal
     ----------
     kept : tuple of float
     squared : bool
-        Whether the X2 term of (28) is squared, which the scan leaves open.
+        Whether the X2 term of (28) is squared, which is illegible in the scan.
     """
     a1, a2, a3, a4 = kept
 
@@ -83,7 +83,7 @@ def true_states(points: int = POINTS, squared: bool = False) -> Array:
 
 
 def deficient(case: Case, squared: bool = False) -> Callable[[Array, Array, float], Array]:
-    """Map f of a case: the true model without what it lacks."""
+    """Map f of a case: the true model without its missing terms."""
     a1, a2, a3, a4 = (0.0 if i in case.lacking else value for i, value in enumerate(TRUTH))
     return model((a1, a2, a3, a4), squared)
 
@@ -108,11 +108,11 @@ def solve_case(
     ----------
     case : Case
     squared : bool
-        As for `model`; truth and model alike.
+        As for `model`; the same for truth and model.
     start : (float, float)
-        Initial state that the estimator is given.
+        Initial state given to the estimator.
     skipped : int
-        First points left out of the least squares.
+        First points excluded from the least squares.
     first_measured : bool
         Whether Y(0) is used; (9) begins with Y(1).
     restart : bool

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.functions import model_functions
+from aerosid.model_error.estimators.functions import model_functions
 from aerosid.reporting.inline_svg import COLOURS
 from aerosid.studies.paper import continuous_example, discrete_example
 from aerosid.studies.paper.flight_example import INTERVAL, Flight, noisy, reference_flight
@@ -28,7 +28,7 @@ WIDTH = 7.5
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure with its number and what it shows; `names` are its lines, by the role that gives their colour."""
+    """A figure with its number and description; `names` are its lines, by the role that gives their colour."""
 
     number: int
     caption: str

@@ -1,7 +1,7 @@
 """Section 3.3: the light transport of (33)-(36), flown with both alpha^2 terms and estimated without them.
 
-The equations stand here as the paper writes them, with q c/(2 U0); tests hold them against aerosid's own flight model.
-The constants are those of the bundled aircraft file, after Raol, not printed in the 1994 paper.
+The equations are written as in the paper, with q c/(2 U0); tests compare them with aerosid's own flight model. The
+constants are those of the bundled aircraft file, after Raol; the 1994 paper does not print them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.optimize import root
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.errors import EstimationError
 from aerosid.flight_model.simulation import doublet
-from aerosid.model_error.functions import model_functions
+from aerosid.model_error.estimators.functions import model_functions
 
 Array = NDArray[np.float64]
 Rates = Callable[[Array, Array, float], Array]
@@ -28,11 +28,11 @@ GRAVITY = 9.80665
 """Standard: m/s^2."""
 
 ALPHA2 = (3.6089, -1.715)
-"""Published: C_X_alpha2 and C_m_alpha2, flown and not declared."""
+"""Published: C_X_alpha2 and C_m_alpha2, flown and undeclared."""
 
 AIRSPEED = 45.0
-"""Design: m/s at trim. Neither this nor the input's size is printed. Here alpha runs to about 0.35 rad on one side of
-trim, which is what table 3's ranking needs."""
+"""Design: m/s at trim. Neither this nor the input's size is printed. Here alpha reaches about 0.35 rad on one side of
+trim, as required for the ranking of table 3."""
 
 AMPLITUDE = 0.10
 """Design: rad, 1 s each way."""
@@ -62,7 +62,7 @@ class Flight:
     states : (N, 4)
         True u, w [m/s], q [rad/s], theta [rad].
     force_scale, moment_scale : float
-        q_bar S/m and q_bar S c/Iy over V^2: what a unit coefficient does to u' and to q'.
+        q_bar S/m and q_bar S c/Iy over V^2: effect of a unit coefficient on u' and q'.
     """
 
     rates: Rates
@@ -78,7 +78,7 @@ class Flight:
         return np.column_stack([self.elevator, *(np.full(self.time.size, value) for value in coefficients)])
 
     def candidate(self, states: Array, powers: tuple[int, ...]) -> Array:
-        """Sum of these powers of alpha with its q_bar factor, as a rate of u and of q: (N, 4, 2)."""
+        """Sum of these powers of alpha times its q_bar factor, as a rate of u and of q: (N, 4, 2)."""
         square = states[:, 0] ** 2 + states[:, 1] ** 2
         alpha = np.arctan2(states[:, 1], states[:, 0])
         value = square * sum(alpha**power for power in powers)
@@ -89,7 +89,7 @@ class Flight:
 
 
 def _equations(aircraft: Aircraft, density: float, thrust: float) -> Rates:
-    """(33)-(36) as a compiled function; thrust holds the trim."""
+    """(33)-(36) as a compiled function; thrust maintains the trim."""
     value = {(d.coefficient, str(d.term)): d.value for d in aircraft.derivatives}
     CX0, CXa = value["C_X", "1"], value["C_X", "alpha"]
     CZ0, CZa, CZq, CZde = (value["C_Z", term] for term in ("1", "alpha", "q_hat", "delta_e"))
@@ -117,7 +117,7 @@ def _equations(aircraft: Aircraft, density: float, thrust: float) -> Rates:
 
 @cache
 def reference_flight() -> Flight:
-    """The flight that paper.md names: trim at 45 m/s, elevator doublet of 0.10 rad, samples every 30 ms, no noise.
+    """The flight of paper.md: trim at 45 m/s, elevator doublet of 0.10 rad, samples every 30 ms, no noise.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def reference_flight() -> Flight:
     aircraft = load_aircraft("light_transport")
     density = float(aircraft.density or 0.0)
 
-    # The trim, from the same equations without thrust: forces at alpha, delta_e and the thrust that is missing.
+    # The trim, from the same equations without thrust: forces at alpha, delta_e and the missing thrust.
     plain = _equations(aircraft, density, 0.0)
 
     def accelerations(unknown: Array) -> Array:
@@ -169,7 +169,7 @@ def noisy(flight: Flight, snr: float | None, seed: int) -> tuple[Array, Array]:
     """
     deviation = np.std(flight.states, axis=0)
     if snr is None:
-        # What a channel without noise is trusted to: the weights need a number.
+        # Assumed accuracy of a channel without noise: the weights need a number.
         return flight.states.copy(), deviation * 1e-4
     noise = np.random.default_rng(seed).standard_normal(flight.states.shape) * deviation / snr
     return flight.states + noise, deviation / snr

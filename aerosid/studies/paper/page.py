@@ -1,4 +1,4 @@
-"""paper.html: tables and figures beside what the paper printed, in one file that loads nothing."""
+"""paper.html: tables and figures compared with the printed ones, in one file that loads nothing."""
 
 from __future__ import annotations
 

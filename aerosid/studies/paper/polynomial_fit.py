@@ -1,4 +1,4 @@
-"""Polynomial regression of the model error of one state equation on two states, as (29) and (32) do."""
+"""Polynomial regression of the model error of one state equation on two states, as in (29) and (32)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.response import respond
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.response import respond
 from aerosid.signals.least_squares import recursive_least_squares
 
 Array = NDArray[np.float64]
@@ -25,15 +25,15 @@ class PolynomialFit:
     case : str
         As in the paper.
     removed : tuple of str
-        Terms taken out of the true model.
+        Terms removed from the true model.
     values : dict of str to (float or None)
-        a1 .. a4; None for a coefficient that the model keeps and that is not estimated.
+        a1 .. a4; None for a coefficient that is in the model and not estimated.
     truth : dict of str to (float or None)
-        What they should be.
+        True values.
     samples : int
         Number of points used.
     history : ModelErrorHistory
-        What the estimator gave.
+        Result of the estimator.
     """
 
     case: str
@@ -45,7 +45,7 @@ class PolynomialFit:
 
     @property
     def worst(self) -> float:
-        """Largest deviation of an estimated coefficient from its truth."""
+        """Largest deviation of an estimated coefficient from its true value."""
         pairs = zip(self.values.values(), self.truth.values(), strict=True)
         return max(abs(value - truth) for value, truth in pairs if value is not None and truth is not None)
 
@@ -59,13 +59,13 @@ def fit_polynomial(
     ----------
     history : ModelErrorHistory
     columns : (M, 4)
-        The four candidate functions at the estimated states that belong to each d^.
+        The four candidate functions at the estimated states of each d^.
     estimated : tuple of int
         Which of the four are estimated; the others are None.
     skipped : int
-        First points left out, for poor initial states.
+        First points excluded, for poor initial states.
     responded : bool
-        Whether the candidates pass through the estimator first; without, they are taken as they are.
+        Whether the candidates pass through the estimator first; otherwise they are used unchanged.
     """
     chosen = columns[:, list(estimated)]
     if responded:

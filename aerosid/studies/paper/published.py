@@ -1,4 +1,4 @@
-"""What Parameswaran & Raol 1994 printed, as far as the scan shows it; None where a value was given or is lost."""
+"""Printed values of Parameswaran & Raol 1994, as legible in the scan; None where a value was given or is lost."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ TABLE_1: dict[str, dict[str, float | None]] = {
     "III": {"a1": 0.4998, "a2": 0.6161, "a3": None, "a4": -0.05},
     "IV": {"a1": 0.5000, "a2": 0.6118, "a3": None, "a4": -0.05},
 }
-"""Coefficients of (29); a3's column did not survive the scan, the text says that it is near zero."""
+"""Coefficients of (29); a3's column is illegible in the scan, the text states that it is near zero."""
 
 TABLE_3: dict[str, tuple[float, float]] = {
     "alpha^2": (0.9995, 0.9995),

@@ -12,12 +12,12 @@ from aerosid.studies.paper.table3 import Correlation, make_table3
 from aerosid.studies.paper.table4 import SNRS, NoiseLevel, make_table4
 
 SEEDS = 200
-"""Design: noise seeds per signal-to-noise ratio: the mean's own deviation is then below 0.1 %."""
+"""Design: noise seeds per signal-to-noise ratio: the standard error of the mean is then below 0.1 %."""
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Tables 1 to 4 with the studies beside them."""
+    """Tables 1 to 4 with supplementary studies."""
 
     table1: Table1
     table2: Table2
@@ -26,7 +26,7 @@ class Reproduction:
 
 
 def steps(seeds: int) -> int:
-    """How often `reproduce` calls its tick."""
+    """Number of calls of `tick` by `reproduce`."""
     return 3 + 1 + seeds * sum(snr is not None for snr in SNRS)
 
 
@@ -38,7 +38,7 @@ def reproduce(seeds: int = SEEDS, tick: Callable[[], None] = lambda: None) -> Re
     seeds : int
         Noise seeds per signal-to-noise ratio in table 4.
     tick : callable
-        Called `steps(seeds)` times on the way.
+        Called `steps(seeds)` times.
 
     Raises
     ------

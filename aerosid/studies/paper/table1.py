@@ -1,4 +1,4 @@
-"""Table 1: coefficients of the discrete system, each case of it, and what becomes of them from wrong initial states."""
+"""Table 1: coefficients of the discrete system in each case, and their sensitivity to wrong initial states."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from aerosid.studies.paper.view import TableView, number, scientific
 
 WRONG_START = (1.5 * START[0], 1.5 * START[1])
 SKIPPED = 2
-"""Design: first points that are left out of the regression."""
+"""Design: first points excluded from the regression."""
 
 
 @dataclass(frozen=True)
 class Table1:
-    """Table 1 and the studies beside it; each tuple holds the cases in order.
+    """Table 1 and its supplementary studies; each tuple contains the cases in order.
 
     Attributes
     ----------
     fits : tuple of PolynomialFit
         The table itself.
     squared : tuple of PolynomialFit
-        With the X2 term of (28) squared, which the scan leaves open.
+        With the X2 term of (28) squared, which is illegible in the scan.
     wrong_start : tuple of PolynomialFit
         Initial states 50 % off, Y(0) not used, as in (9).
     skipped : tuple of PolynomialFit
-        As `wrong_start`, the first points left out of the least squares (cases with points to spare).
+        As `wrong_start`, the first points excluded from the least squares (cases with enough points).
     restarted : tuple of PolynomialFit
         Initial states 50 % off, started from the fixed-interval solution's x(0).
     """
@@ -41,7 +41,7 @@ class Table1:
 
 
 def make_table1() -> Table1:
-    """Table 1 and the studies beside it."""
+    """Table 1 and its supplementary studies."""
     long = [case for case in CASES if case.points > 4 + SKIPPED + len(case.estimated)]
     return Table1(
         fits=tuple(solve_case(case) for case in CASES),

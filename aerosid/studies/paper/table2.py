@@ -1,4 +1,4 @@
-"""Table 2: coefficients of the continuous system, with its error against sampling, weight and initial states."""
+"""Table 2: coefficients of the continuous system, with their error against sampling, weight and initial states."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ INTERVALS = (0.02, 0.05, 0.1, 0.2)
 """Design: s, sampling intervals of the study of discretisation."""
 
 DENSITIES = (1e-4, 1e-2, 1.0, 1e2)
-"""Design: spectral densities Q2^-1 of the model error that are compared."""
+"""Design: spectral densities Q2^-1 of the model error for comparison."""
 
 TRUSTED = 1e-6
-"""Design: variance of the initial states where their error is to hurt: the recursion then believes them."""
+"""Design: prior variance of wrong initial states: so small that the recursion relies on them."""
 
 
 @dataclass(frozen=True)
 class Table2:
-    """Table 2 and the studies beside it.
+    """Table 2 and its supplementary studies.
 
     Attributes
     ----------
     fits : tuple of PolynomialFit
         The table itself, cases I to IV.
     direct : tuple of PolynomialFit
-        d^ of (23) regressed on the candidates as they are, as the paper describes.
+        d^ of (23) regressed on the candidates themselves, as described in the paper.
     errors : dict of (float, float) to float
         Worst error of case III against the interval [s] and the density of the model error.
     wrong_start, iterated : tuple of PolynomialFit
-        Initial states 50 % off and believed; and after one forward-backward iteration.
+        Initial states 50 % off with a small prior variance; and after one forward-backward iteration.
     """
 
     fits: tuple[PolynomialFit, ...]
@@ -43,7 +43,7 @@ class Table2:
 
 
 def make_table2() -> Table2:
-    """Table 2 and the studies beside it."""
+    """Table 2 and its supplementary studies."""
     third = CASES[2]
     return Table2(
         fits=tuple(solve_case(case) for case in CASES),

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.continuous import estimate_continuous
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.response import respond
-from aerosid.model_error.weights import continuous_weights
+from aerosid.model_error.estimators.continuous import estimate_continuous
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.response import respond
+from aerosid.model_error.estimators.weights import continuous_weights
 from aerosid.studies.paper import published
 from aerosid.studies.paper.flight_example import INTERVAL, Flight, noisy, reference_flight
 from aerosid.studies.paper.view import TableView, number
@@ -30,15 +30,15 @@ CANDIDATES: dict[str, tuple[int, ...]] = {
 """Published: powers of alpha in each candidate of the table."""
 
 DENSITY = 1.0
-"""Design: density of the model error in u' and q' without noise; table 3 does not hang on it."""
+"""Design: density of the model error in u' and q' without noise; table 3 is insensitive to it."""
 
 
 @dataclass(frozen=True)
 class Correlation:
     """One row: |rho| of a candidate with the pitch-moment and the axial-force error.
 
-    `pitch`, `axial` for the candidate as the estimator would have shown it; `direct_pitch`, `direct_axial` for the
-    candidate at the estimated states as it is.
+    `pitch`, `axial` for the candidate passed through the estimator; `direct_pitch`, `direct_axial` for the candidate
+    at the estimated states.
     """
 
     candidate: str
@@ -70,7 +70,7 @@ def estimate(
         C_X_alpha2 and C_m_alpha2 of the model.
     """
     variance = np.diag(deviation**2)
-    # The aircraft is in trim for the first second: the mean of twenty samples is where it starts.
+    # The aircraft is in trim during the first second: the initial state is the mean of twenty samples.
     start = measured[:20].mean(axis=0)
     weights = continuous_weights(variance, INTERVAL, np.diag([densities[0], 0.0, densities[1], 0.0]), variance)
     inputs = flight.inputs(coefficients)

@@ -1,4 +1,4 @@
-"""Table 4: the two coefficients of the light transport from noisy records, by our chain and by the paper's."""
+"""Table 4: the two coefficients of the light transport from noisy records, by our chain and by that of the paper."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.model_error.consistency import judge_consistency, most_likely_weights
-from aerosid.model_error.history import ModelErrorHistory
-from aerosid.model_error.response import respond
-from aerosid.model_error.weights import Weights
+from aerosid.model_error.estimators.consistency import judge_consistency, most_likely_weights
+from aerosid.model_error.estimators.history import ModelErrorHistory
+from aerosid.model_error.estimators.response import respond
+from aerosid.model_error.estimators.weights import Weights
 from aerosid.signals.least_squares import recursive_least_squares
 from aerosid.signals.prefilter import Butterworth, apply, choose_cut_off
 from aerosid.studies.paper import published
@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 
 SNRS: tuple[float | None, ...] = (None, 20.0, 10.0)
 PASSES = 4
-"""Design: passes of our chain: estimate, regress, complete the model, again. The fourth changes nothing that
-is shown."""
+"""Design: passes of our chain: estimate, regress, complete the model, repeat. The fourth changes no digit
+shown."""
 
 FILTER_ORDER = 2
 """Design: order of the Butterworth filter."""
@@ -42,9 +42,9 @@ class NoiseLevel:
     ours, direct : (seeds, 2)
         C_X_alpha2 and C_m_alpha2 of each seed, by our chain and by the paper's, step by step.
     density : float
-        Of the model error, chosen by likelihood on the first record.
+        Density of the model error, chosen by likelihood on the first record.
     cut_off_hz : float or None
-        Of the paper's chain's digital filter.
+        Cut-off of the digital filter in the paper's chain.
     """
 
     snr: float | None
@@ -88,10 +88,10 @@ def _level(flight: Flight, snr: float | None, seeds: int, tick: Callable[[], Non
 def our_chain(flight: Flight, measured: Array, deviation: Array, density: float) -> Array:
     """Both coefficients, (2,), by passing candidates through the estimator and completing the model in turn.
 
-    The error of the initial state is estimated beside them by its own response.
+    The error of the initial state is estimated with them by its own response.
     """
     coefficients = np.zeros(2)
-    # True minus given initial state: no effect of the candidates at first, one column for each state.
+    # True minus given initial state: zero response to the candidates at first, one column for each state.
     initial = np.hstack([np.zeros((4, 2)), np.eye(4)])
     for _ in range(PASSES):
         history = estimate(
@@ -107,7 +107,7 @@ def our_chain(flight: Flight, measured: Array, deviation: Array, density: float)
 
 
 def paper_chain(flight: Flight, measured: Array, deviation: Array, density: float, cut_off_hz: float | None) -> Array:
-    """Both coefficients, (2,), as section 3.3 describes: d̂ and the states filtered, then recursive least squares."""
+    """Both coefficients, (2,), as in section 3.3: d̂ and the states filtered, then recursive least squares."""
     history = estimate(flight, measured, deviation, (density, density))
     states, d = np.array(history.states), np.array(history.model_error)
     if cut_off_hz is not None:

@@ -15,7 +15,7 @@ class TableView:
     header : tuple of str
     rows : tuple of tuple of str
     notes : tuple of str
-        What was done, and why ours and the printed numbers differ; one paragraph each.
+        The procedure, and the reasons for differences from the printed numbers; one paragraph each.
     """
 
     title: str
@@ -28,7 +28,7 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float | None, digits: int = 6, given: str = "given") -> str:
-    """A number with so many digits after the point, or the word for none."""
+    """A number with so many decimals, or the word for None."""
     # Adding zero turns a rounded -0.0 into 0.0.
     return given if value is None else f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 

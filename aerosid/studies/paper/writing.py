@@ -1,4 +1,4 @@
-"""Write tables.json, details.json and paper.html: all of them, or none under its final name."""
+"""Writing of tables.json, details.json and paper.html: all of them, or none under its final name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aerosid.studies.paper.run import Reproduction
 
 
 def tables(result: Reproduction) -> dict[str, Any]:
-    """What tables.json holds: our numbers in the shape of the paper's tables."""
+    """Contents of tables.json: our numbers in the layout of the paper's tables."""
     return {
         "table1": table1.json_rows(result.table1.fits),
         "table2": table1.json_rows(result.table2.fits),
@@ -23,7 +23,7 @@ def tables(result: Reproduction) -> dict[str, Any]:
 
 
 def details(result: Reproduction) -> dict[str, Any]:
-    """What details.json holds: printed numbers, spreads, and the studies beside the tables."""
+    """Contents of details.json: printed numbers, spreads, and the supplementary studies."""
     return {
         "table1": {
             "printed": published.TABLE_1,
@@ -84,12 +84,12 @@ def write_reproduction(result: Reproduction, directory: Path) -> tuple[Path, ...
     ----------
     result : Reproduction
     directory : Path
-        Where to; made where it does not exist.
+        Output folder; created where it does not exist.
 
     Raises
     ------
     UsageError
-        Where the folder cannot be made or written.
+        Where the folder cannot be created or written.
     """
     texts = {
         "tables.json": json.dumps(tables(result), indent=2, allow_nan=False) + "\n",
