@@ -41,6 +41,7 @@ from aerosid.search.indistinguishable_terms import (
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+from aerosid.search.turbulence_innovations import with_turbulence_innovations
 
 
 @dataclass(frozen=True)
@@ -253,6 +254,7 @@ def _by_equations(
         notes = (*notes, note_on_damping(decision.damping))
     if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
         found = output_error_in_calm_air(found, decision, search)
+    found = with_turbulence_innovations(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     return MethodResult(found, search, notes=notes, method="equations", agreement=problem.agreement(settings))
 
