@@ -42,6 +42,7 @@ from aerosid.search.partial_correlation.attribution import attribute_by_model_er
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.turbulence_innovations import with_turbulence_innovations
+from aerosid.search.unreached_position import note_on_unreached, with_unreached_positions
 
 
 @dataclass(frozen=True)
@@ -319,10 +320,12 @@ def _likelihood_result(
     found = eliminate_by_wald_test(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     rivals = indistinguishable_terms(found, problem.manoeuvres, search.hypotheses)
+    found, unreached = with_unreached_positions(found, problem.aircraft, search)
     return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),
         search,
         tuple(rivals),
+        tuple(note_on_unreached(each) for each in unreached),
         agreement=agreement,
     )
 
