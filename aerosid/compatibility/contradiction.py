@@ -16,123 +16,22 @@ from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
+from aerosid.compatibility.remedies import AIRSPEED, FACTORS, OFFSETS
+from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.compatibility.window_fit import fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
-from aerosid.flight_model.constants import GRAVITY
 from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class ContradictionSettings:
-    """Limits of a contradiction; found on recorded flights where not chosen.
-
-    Those are the HFB-320, Twin Otter and Citation recordings, which are no evidence for them.
-
-    Attributes
-    ----------
-    window : float
-        s; length of the windows in which the shape of the motion is compared: a bias of 0.005 rad/s, which is large,
-        changes theta by 0.02 rad about its mean within it. Chosen.
-    most_windows : int
-        Largest number of windows compared, those with most pitching. Chosen for time.
-    least_theta, least_h : float
-        rad, m; least misfit of a contradiction.
-    air_alpha, air_V : float
-        m/s; largest misfit by gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V shows that of some seconds only.
-    misfit : float
-        Unexplained fraction of a channel's variation, 1, from which it contradicts.
-    misfit_h : float
-        The same of altitude: pressure altitude is slow.
-    small_bias : float
-        rad; largest bias of theta and alpha: a larger one would turn any climb into a descent.
-    agrees : float
-        Unexplained fraction, 1, below which a channel agrees.
-    doubtful, vanishes : float
-        Unexplained fraction, 1, from which a channel contradicts if a remedy reduces it below the second.
-    above_noise : float
-        Least misfit over the channel's noise, 1.
-    doubtful_air, doubtful_noise : float
-        Least misfit of a suspect channel, as fractions, 1, of that by gusts and of `above_noise`.
-    latest : float
-        s; largest time delay and lag of an instrument. Chosen.
-    largest_scale : float
-        Largest scale factor error of an instrument, 1. Chosen.
-    shifts : tuple of float
-        s; time shifts of a channel that are tried. Chosen.
-    """
-
-    window: float = 8.0
-    most_windows: int = 12
-    least_theta: float = 0.02
-    least_h: float = 10.0
-    air_alpha: float = 3.0
-    air_V: float = 2.0
-    misfit: float = 0.5
-    misfit_h: float = 1.0
-    small_bias: float = 0.03
-    agrees: float = 0.3
-    doubtful: float = 0.4
-    vanishes: float = 0.12
-    above_noise: float = 8.0
-    doubtful_air: float = 0.3
-    doubtful_noise: float = 0.5
-    latest: float = 1.0
-    largest_scale: float = 0.5
-    shifts: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
-
-    def worst_fraction(self, output: str) -> float:
-        """Unexplained fraction of an output's variation from which it contradicts."""
-        return self.misfit_h if output == "h" else self.misfit
-
-    def least(self, output: str, airspeed: float) -> float:
-        """Largest misfit of an output by gusts and drift, SI, at an airspeed, m/s."""
-        limits = {
-            "alpha": self.air_alpha / max(airspeed, 1.0),
-            "V": self.air_V,
-            "theta": self.least_theta,
-            "h": self.least_h,
-        }
-        return limits[output]
-
-
 USUAL = ContradictionSettings()
 """The default limits."""
 
-SIGN = (-1.0, "with its sign changed")
-_ANGLE = (
-    SIGN,
-    (np.pi / 180.0, "if its values are degrees and not radians"),
-    (180.0 / np.pi, "if its values are radians and not degrees"),
-)
-_ACCELERATION = (
-    SIGN,
-    (GRAVITY, "if its values are multiples of g and not m/s^2"),
-    (1.0 / GRAVITY, "if its values are m/s^2 and not multiples of g"),
-)
-FACTORS = {
-    "rad": _ANGLE,
-    "rad/s": _ANGLE,
-    "m/s^2": _ACCELERATION,
-    "m/s": (
-        (0.514444, "if its values are knots and not m/s"),
-        (1.0 / 0.514444, "if its values are m/s and not knots"),
-        (1.0 / 3.6, "if its values are km/h and not m/s"),
-        (0.3048, "if its values are ft/s and not m/s"),
-    ),
-    "m": (
-        SIGN,
-        (0.3048, "if its values are feet and not metres"),
-        (1.0 / 0.3048, "if its values are metres and not feet"),
-    ),
-}
-"""Usual errors of channel maps, by unit: factors to be applied to the recorded values."""
-
-OFFSETS = ((-GRAVITY, "with 9.81 m/s^2 subtracted"), (GRAVITY, "with 9.81 m/s^2 added"))
-"""Difference of acceleration and specific force."""
+AIR = frozenset({"V", "alpha"})
+"""The outputs that contradict where the airspeed is in a wrong unit: alpha turns by a_z/V."""
 
 DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
 """The input that mainly drives an output: a contradiction of the output may be due to this input."""
@@ -192,6 +91,10 @@ def contradictions(
             _contradicting_outputs(windows, settings, misfits),
             _suspect_outputs(windows, settings, misfits),
         )
+        unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
+        if unit is not None:
+            found.append(unit)
+            continue
         if contradicting or suspect:
             # A time delay, lag or scale factor error of an instrument is no contradiction.
             tolerant = _misfits_with_instrument_errors(windows, settings, contradicting or suspect)
@@ -204,6 +107,37 @@ def contradictions(
             if diagnosed is not None:
                 found.append(diagnosed)
     return tuple(found)
+
+
+def _airspeed_unit(
+    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
+) -> Contradiction | None:
+    """The unit of airspeed with which every misfit vanishes, or falls to that of moving air; None where there is none.
+
+    Tried before instrument errors: two free scale factors and delays, which are tolerated, can do as well as a factor
+    of 0.51, but a ratio of two units leaves nothing free.
+    """
+    before = max(misfits[name][0] for name in AIR if name in misfits)
+
+    def of_air(factor: float) -> tuple[float, bool]:
+        """Misfit of alpha and V with another airspeed, and whether all channels agree then."""
+        changed = _with_channel(windows, "V", factor * windows.channel("V"))
+        after = _misfits(changed, settings)
+        in_air = max(after[name][0] for name in AIR if name in after)
+        enough = settings.doubtful if in_air * settings.falls < before else settings.vanishes
+        remaining = max(fraction for fraction, _ in after.values())
+        return in_air, remaining < enough and not _contradicting_outputs(changed, settings, after)
+
+    tried = [(*of_air(factor), factor, remedy) for factor, remedy in AIRSPEED]
+    agreeing = sorted((in_air, factor, remedy) for in_air, agrees, factor, remedy in tried if agrees)
+    if not agreeing:
+        return None
+    least, likeliest, _ = agreeing[0]
+    beside = (likeliest * (1.0 + settings.beside), likeliest / (1.0 + settings.beside))
+    if min(of_air(factor)[0] for factor in beside) < settings.clearly * least:
+        return None  # a scale factor error, which is near a ratio of units by chance
+    remedies = [remedy for in_air, _, remedy in agreeing if settings.clearly * in_air < least]
+    return Contradiction(windows.log.name, ("V",), ", or ".join(remedies), before)
 
 
 def _windows(recording: Recording, settings: ContradictionSettings) -> Recording | None:

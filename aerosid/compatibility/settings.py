@@ -4,8 +4,90 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aerosid.compatibility.contradiction import ContradictionSettings
 from aerosid.compatibility.recording import StretchSettings
+
+
+@dataclass(frozen=True)
+class ContradictionSettings:
+    """Limits of a contradiction; found on recorded flights where not chosen.
+
+    Those are the HFB-320, Twin Otter and Citation recordings, which are no evidence for them.
+
+    Attributes
+    ----------
+    window : float
+        s; length of the windows in which the shape of the motion is compared: a bias of 0.005 rad/s, which is large,
+        changes theta by 0.02 rad about its mean within it. Chosen.
+    most_windows : int
+        Largest number of windows compared, those with most pitching. Chosen for time.
+    least_theta, least_h : float
+        rad, m; least misfit of a contradiction.
+    air_alpha, air_V : float
+        m/s; largest misfit by gusts. Moderate turbulence is 2 m/s (MIL-F-8785C); V shows that of some seconds only.
+    misfit : float
+        Unexplained fraction of a channel's variation, 1, from which it contradicts.
+    misfit_h : float
+        The same of altitude: pressure altitude is slow.
+    small_bias : float
+        rad; largest bias of theta and alpha: a larger one would turn any climb into a descent.
+    agrees : float
+        Unexplained fraction, 1, below which a channel agrees.
+    doubtful, vanishes : float
+        Unexplained fraction, 1, from which a channel contradicts if a remedy reduces it below the second.
+    falls : float
+        Factor, 1, by which the misfit of alpha and V must fall with another unit of airspeed where gusts remain: nine
+        tenths of its square. Chosen.
+    beside : float
+        Relative change of a ratio of units, 1, that must not do better than it: 3.6 and 3.28 differ by a tenth. Chosen.
+    clearly : float
+        Ratio of two misfits, 1, from which the smaller one is clearly better. Chosen.
+    above_noise : float
+        Least misfit over the channel's noise, 1.
+    doubtful_air, doubtful_noise : float
+        Least misfit of a suspect channel, as fractions, 1, of that by gusts and of `above_noise`.
+    latest : float
+        s; largest time delay and lag of an instrument. Chosen.
+    largest_scale : float
+        Largest scale factor error of an instrument, 1. Chosen.
+    shifts : tuple of float
+        s; time shifts of a channel that are tried. Chosen.
+    """
+
+    window: float = 8.0
+    most_windows: int = 12
+    least_theta: float = 0.02
+    least_h: float = 10.0
+    air_alpha: float = 3.0
+    air_V: float = 2.0
+    misfit: float = 0.5
+    misfit_h: float = 1.0
+    small_bias: float = 0.03
+    agrees: float = 0.3
+    doubtful: float = 0.4
+    vanishes: float = 0.12
+    falls: float = 3.0
+    beside: float = 0.1
+    clearly: float = 0.7
+    above_noise: float = 8.0
+    doubtful_air: float = 0.3
+    doubtful_noise: float = 0.5
+    latest: float = 1.0
+    largest_scale: float = 0.5
+    shifts: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
+
+    def worst_fraction(self, output: str) -> float:
+        """Unexplained fraction of an output's variation from which it contradicts."""
+        return self.misfit_h if output == "h" else self.misfit
+
+    def least(self, output: str, airspeed: float) -> float:
+        """Largest misfit of an output by gusts and drift, SI, at an airspeed, m/s."""
+        limits = {
+            "alpha": self.air_alpha / max(airspeed, 1.0),
+            "V": self.air_V,
+            "theta": self.least_theta,
+            "h": self.least_h,
+        }
+        return limits[output]
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,8 @@ def control_rate_limit(channel: str, max_rate: float, max_excursion: float, move
 def control_deadband(channel: str, max_excursion: float, noise: float = 0.0) -> InputEffect:
     """Dead band: excursions of the recorded control within it do not move the surface.
 
-    `max_excursion` is the largest excursion, `noise` the record's noise standard deviation, rad.
+    `max_excursion` is the largest excursion, `noise` the record's noise standard deviation, rad; where it is not given,
+    it is estimated from the record.
     """
     return InputEffect(
         "control_deadband",
@@ -133,7 +134,9 @@ def control_deadband(channel: str, max_excursion: float, noise: float = 0.0) -> 
                 least=OFFERED.least_band * noise,
             ),
         ),
-        lambda _time, values, p: deadbanded(values, p[0]),
+        lambda time, values, p: deadbanded(
+            values, p[0], OFFERED.at_rest * (noise or float(estimate_noise(time, values)))
+        ),
         lambda _p, _interval: (1.0, 0.0),
         "free play of a control run",
     )

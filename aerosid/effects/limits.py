@@ -44,6 +44,9 @@ class OfferLimits:
     least_band : float
         Least width of a dead band over the record's noise, 1: a narrower one removes noise from the trimmed flight
         before a manoeuvre, which improves any fit.
+    at_rest : float
+        Distance of a control from its first sample over the record's noise, 1, up to which it has not moved: the mean
+        until then is the neutral position of its dead band. Chosen: four standard deviations of that sample.
     least_influence : float
         Least variation of the ground's influence, 1, in a flight: below, a gain as large as one would change the lift
         by 2 %.
@@ -121,6 +124,7 @@ class OfferLimits:
     least_range: float = 0.06
     slowest: float = 5.0
     least_band: float = 3.0
+    at_rest: float = 4.0
     least_influence: float = 0.02
     reaches: tuple[float, ...] = (0.5, 1.0, 2.0)
     largest_inertia: float = 0.4

@@ -18,6 +18,7 @@ from aerosid.effects.sensor_position import farthest_place
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import number
+from aerosid.search.declared_inertia import InertiaChange, inertia_change, sentence_on_inertia
 
 __all__ = ["PatternSettings", "notes_on_patterns"]
 
@@ -103,12 +104,30 @@ def notes_on_patterns(
             return ""
         return _accelerometer_of(row, tested, aircraft)
 
+    inertia = _product_of_inertia(rows, aircraft)
+    by_inertia = set() if inertia is None else {(c, str(term)) for c, term in inertia.explained}
     single = [
         sentence + elsewhere(row)
         for row in tested
-        if row.term not in turned and (sentence := _single(row, row.coefficient in shared | lagged, settings))
+        if row.term not in turned
+        and (row.coefficient, row.term) not in by_inertia
+        and (sentence := _single(row, row.coefficient in shared | lagged, settings))
     ]
-    return (*(sentence for _, sentence in common), *turned.values(), *single, *_worse(errors, settings))
+    coupled = () if inertia is None else (sentence_on_inertia(inertia),)
+    return (*(sentence for _, sentence in common), *turned.values(), *coupled, *single, *_worse(errors, settings))
+
+
+def _product_of_inertia(rows: Sequence[DerivativeRow], aircraft: Aircraft | None) -> InertiaChange | None:
+    """The change of I_xz that explains how the derivatives of roll and yaw differ; None where none does."""
+    if aircraft is None:
+        return None
+    known = {(row.coefficient, row.term): (row.value, row.std_error) for row in rows if _known(row)}
+    estimates = {}
+    for derivative in aircraft.derivatives:
+        value, error = known.get((derivative.coefficient, str(derivative.term)), (0.0, None))
+        if error is not None:
+            estimates[derivative.coefficient, derivative.term] = value, error
+    return inertia_change(estimates, aircraft)
 
 
 def _known(row: DerivativeRow) -> bool:

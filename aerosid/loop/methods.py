@@ -29,6 +29,7 @@ from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute_by_search, attribute_without_disturbances
 from aerosid.search.calm_air import output_error_in_calm_air
 from aerosid.search.cross_validation import is_inadequate_on
+from aerosid.search.declared_inertia import with_declared_inertia
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import eliminate_by_wald_test
@@ -41,6 +42,8 @@ from aerosid.search.indistinguishable_terms import (
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+from aerosid.search.turbulence_innovations import with_turbulence_innovations
+from aerosid.search.unreached_position import note_on_unreached, with_unreached_positions
 
 
 @dataclass(frozen=True)
@@ -264,7 +267,9 @@ def _by_equations(
         notes = (*notes, note_on_damping(decision.damping))
     if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
         found = output_error_in_calm_air(found, decision, search)
+    found = with_turbulence_innovations(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
+    found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
     return MethodResult(found, search, notes=notes, method="equations", agreement=problem.agreement(settings))
 
 
@@ -327,11 +332,14 @@ def _likelihood_result(
     """The attribution without insignificant effects, with equivalent causes and indistinguishable terms."""
     found = eliminate_by_wald_test(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
+    found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
     rivals = indistinguishable_terms(found, problem.manoeuvres, search.hypotheses)
+    found, unreached = with_unreached_positions(found, problem.aircraft, search)
     return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),
         search,
         tuple(rivals),
+        tuple(note_on_unreached(each) for each in unreached),
         agreement=agreement,
     )
 

@@ -41,11 +41,15 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     validation : sequence of Manoeuvre
         Flights that were not: where the completed structure, re-estimated there, leaves more than noise, more is
         missing than the flights that were fitted show.
+
+    Notes
+    -----
+    In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation.
     """
     if not found.findings and not is_excited(found, manoeuvres):
         return Verdict.NOT_EXCITED
-    left = unexplained_channels(found.completed, manoeuvres) or any(
-        is_inadequate_on(found.completed, each) for each in validation
+    left = unexplained_channels(found.tested, manoeuvres) or any(
+        is_inadequate_on(found.tested, each) for each in validation
     )
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED

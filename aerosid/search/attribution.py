@@ -62,6 +62,9 @@ class Attribution:
         change the others by their covariance, and no fit to a simulation follows.
     re_estimator : callable or None
         Where the estimate holds measured values fixed: the same estimator for a structure with fewer parts.
+    in_turbulence : Refinement or None
+        Of a regression that reports turbulence: the filter-error estimate of the completed structure, whose innovations
+        are tested in place of the residuals of an open-loop simulation.
     r_squared : tuple of CoefficientRow
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     """
@@ -79,7 +82,13 @@ class Attribution:
     eliminated: tuple[Finding, ...] = ()
     regressed: bool = False
     r_squared: tuple[CoefficientRow, ...] = ()
+    in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
+
+    @property
+    def tested(self) -> Refinement:
+        """The estimate whose residuals are tested against the noise: innovations in turbulence, else open loop."""
+        return self.completed if self.in_turbulence is None else self.in_turbulence
 
     def re_estimated(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
         """The estimate of a structure with fewer parts, by the estimator that the values are from."""

@@ -229,6 +229,52 @@ class IndistinguishableTermSettings:
 
 
 @dataclass(frozen=True)
+class UnreachedPositionSettings:
+    """When a surface never reaches its recorded position, and what its effectiveness is known by then.
+
+    Attributes
+    ----------
+    tried : float
+        Reduction of the limit, as a fraction of it, 1, by which the excursion has to shrink as well. Chosen.
+    proportional : float
+        Deviation from proportional shrinking, 1, over that of the excursion itself, up to which the surface never
+        arrives; one that arrives in any of its movements deviates by tenths. Chosen.
+    effectiveness : float
+        Standard deviation, 1, of a declared control derivative over its size, where the aircraft file states none:
+        estimates from geometry differ from flight by a quarter (Roskam, Airplane Flight Dynamics, appendix B). Chosen.
+    """
+
+    tried: float = 0.1
+    proportional: float = 0.1
+    effectiveness: float = 0.25
+
+
+@dataclass(frozen=True)
+class DeclaredInertiaSettings:
+    """When derivatives that differ from their declared values are a wrong product of inertia.
+
+    Attributes
+    ----------
+    usual : float
+        Standard deviation, 1, of a declared derivative over its size, where the aircraft file states none. As
+        `UnreachedPositionSettings.effectiveness`.
+    deviations : float
+        Standard deviations, 1, beyond which a derivative differs from its declared value, and which the change of the
+        product of inertia must reach. Convention.
+    fewest : int
+        Least number of variables whose derivatives differ, and agree with the change: one number always explains one
+        derivative. By reasoning.
+    left : float
+        Largest fraction, 1, of the sum of squared distances from the declared values that may remain. Chosen.
+    """
+
+    usual: float = 0.25
+    deviations: float = 3.0
+    fewest: int = 2
+    left: float = 0.25
+
+
+@dataclass(frozen=True)
 class AttributionSettings:
     """Settings of the structure search, each with the reason for its value.
 
@@ -258,7 +304,7 @@ class AttributionSettings:
     air_judged : bool
         Whether kinematics tested the air before. Where not, a gust is tried first if it alone gains more than the first
         hypothesis that could enter: half of the time of a search.
-    trials, gusts, separation, refutation, odd_sensor, replacement, suggestion, coefficient_rivals
+    trials, gusts, separation, refutation, odd_sensor, replacement, suggestion, coefficient_rivals, unreached, inertia
         Settings of the parts of the search.
     """
 
@@ -280,3 +326,5 @@ class AttributionSettings:
     replacement: ReplacementSettings = field(default_factory=ReplacementSettings)
     suggestion: SuggestionSettings = field(default_factory=SuggestionSettings)
     coefficient_rivals: IndistinguishableTermSettings = field(default_factory=IndistinguishableTermSettings)
+    unreached: UnreachedPositionSettings = field(default_factory=UnreachedPositionSettings)
+    inertia: DeclaredInertiaSettings = field(default_factory=DeclaredInertiaSettings)

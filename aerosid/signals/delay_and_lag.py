@@ -121,12 +121,16 @@ def _median_of_five(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return smooth
 
 
-def deadbanded(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """The signal without its excursions of up to `width` either side of its first value, (N,).
+def deadbanded(values: NDArray[np.float64], width: float, at_rest: float = 0.0) -> NDArray[np.float64]:
+    """The signal without its excursions of up to `width` either side of its neutral position, (N,).
 
-    The band acts on a five-sample median, and the rest of the signal passes: noise must not be cut by the band, or a
-    band as wide as the noise would look like an improvement of every record. A mean would round the edges of steps.
+    The neutral position is the mean of the samples before the signal leaves its first value by more than `at_rest`: a
+    single sample would shift the surface by its noise whenever the control is within the band, which is a false step of
+    trim. The band acts on a five-sample median, and the rest of the signal passes: noise must not be cut by the band,
+    or a band as wide as the noise would look like an improvement of every record. A mean would round the edges of
+    steps.
     """
     smooth = _median_of_five(np.ascontiguousarray(values))
-    excursion = smooth - smooth[0]
-    return np.asarray(values - np.clip(excursion, -width, width))
+    moved = np.abs(smooth - smooth[0]) > at_rest
+    neutral = values[: int(np.argmax(moved)) if moved.any() else values.size].mean()
+    return np.asarray(values - np.clip(smooth - neutral, -width, width))

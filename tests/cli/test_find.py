@@ -153,6 +153,19 @@ def test_check_refuses_contradicting_channels_once(tmp_path: Path, capsys: pytes
     assert "can be used by" not in output.replace("cannot be used by", "")
 
 
+def test_check_names_an_airspeed_in_a_wrong_unit_with_its_factor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mislabelled.csv"
+    text = (Path(__file__).parents[2] / "flight_data" / "light_transport_doublet.csv").read_text()
+    assert "V [m/s]" in text
+    path.write_text(text.replace("V [m/s]", "V [km/h]"))
+    assert main(["check", str(path)]) == 3
+    output = " ".join(capsys.readouterr().out.split())
+    assert "V contradicts the other channels" in output
+    assert "it agrees if its values are m/s and not km/h (a factor of 3.600)" in output
+
+
 def test_check_takes_spans_and_json(flight_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     flight = _flown(20.0)
     _, start, stop = flight.truth[0]

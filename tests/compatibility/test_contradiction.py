@@ -85,6 +85,42 @@ def test_a_channel_of_another_flight_is_named(log: FlightLog, channel: str) -> N
     assert not found.remedy
 
 
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1.0 / 3.6, "m/s and not km/h (a factor of 3.600)"),
+        (3.6, "km/h and not m/s (a factor of 0.2778)"),
+        pytest.param(0.514444, "m/s and not knots (a factor of 1.944)", marks=pytest.mark.slow),
+        pytest.param(1.0 / 0.514444, "knots and not m/s (a factor of 0.5144)", marks=pytest.mark.slow),
+        pytest.param(1.0 / 1.852, "knots and not km/h (a factor of 1.852)", marks=pytest.mark.slow),
+        pytest.param(0.3048, "m/s and not ft/s (a factor of 3.281)", marks=pytest.mark.slow),
+    ],
+)
+def test_an_airspeed_in_another_unit_is_named_with_its_factor(log: FlightLog, factor: float, words: str) -> None:
+    (found,) = judged(with_channels(log, V=factor * log["V"]))
+    assert found.channels == ("V",)
+    assert words in found.sentence
+
+
+def test_an_airspeed_in_another_unit_is_named_in_moving_air() -> None:
+    """Gusts of 1 m/s leave misfits of V and alpha that vanish with no unit."""
+    log = FLOWN.fly(4)
+    generator, gusts = np.random.default_rng(8), [0.0]
+    remembered = np.exp(-0.5 * FLOWN.interval)
+    for shock in generator.standard_normal(log.time.size - 1):
+        gusts.append(remembered * gusts[-1] + 1.0 * np.sqrt(1.0 - remembered**2) * shock)
+    moving = with_channels(log, alpha=log["alpha"] + np.array(gusts) / log["V"], V=log["V"] + np.roll(gusts, 90))
+    assert not judged(moving)
+    (found,) = judged(with_channels(moving, V=moving["V"] / 3.6))
+    assert found.channels == ("V",)
+    assert "m/s and not km/h (a factor of 3.600)" in found.sentence
+
+
+@pytest.mark.parametrize("factor", [0.7, 0.85, 1.3])
+def test_a_scale_factor_error_of_airspeed_is_no_unit(log: FlightLog, factor: float) -> None:
+    assert not any("and not" in found.remedy for found in judged(with_channels(log, V=factor * log["V"])))
+
+
 def test_consistent_flights_have_no_contradiction_even_in_strong_noise() -> None:
     for seed, elevator in enumerate(("3211", "doublet", "none")):
         noise = {name: 4.0 * value for name, value in FLOWN.noise.items()}

@@ -185,9 +185,8 @@ def test_a_planted_effect_is_the_first_finding_with_its_value(planted: Planted) 
     first = found.findings[0]
     assert (first.kind, first.where) == (planted.kind, planted.where)
     assert len(found.findings) == 1
-    # The catalogue's dead band acts on a five-sample mean, its separation on a sampled rate of alpha: what is left of
-    # those may exceed the noise.
-    inexact = planted.kind in ("control_deadband", "flow_separation")
+    # The catalogue's separation acts on a sampled rate of alpha: what is left of that may exceed the noise.
+    inexact = planted.kind == "flow_separation"
     assert verdict is Verdict.EXPLAINED or (inexact and verdict is Verdict.PARTLY_EXPLAINED)
     # A normal variable within four standard deviations: one false alarm in 16,000.
     assert abs(first.value - planted.value) < 4.0 * first.std_error

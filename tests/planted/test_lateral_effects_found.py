@@ -110,6 +110,7 @@ def test_lateral_turbulence_is_named_as_such(declared: Mapping[tuple[str, str], 
         air.append(remembered * air[-1] + 0.8 * np.sqrt(1.0 - remembered**2) * shock)
     result = closed(Lateral(inputs={"side_gust": np.array(air)}), declared)
     assert [each.kind for each in result.effects] == ["side_gust"]
+    assert result.verdict is Verdict.EXPLAINED
     assert result.effects[0].value == pytest.approx(0.8, rel=0.5)  # 9 scale lengths: 24 % is one standard deviation
 
 

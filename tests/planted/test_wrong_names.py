@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry, with_channels
 
+from aerosid.aircraft import Aircraft
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
@@ -47,14 +48,44 @@ def limited(time: Array, values: Array, rate: float) -> Array:
     return np.array(surface)
 
 
-@pytest.mark.parametrize("rate", [pytest.param(0.07, marks=pytest.mark.slow), 0.1])
-def test_a_severe_rate_limit_is_found_though_re_estimated_derivatives_imitate_it(rate: float) -> None:
+def of_a_slow_surface(rate: float, declared: Aircraft) -> ClosedLoop:
     problem = Problem(duration=12.0, amplitude=0.08, noise={name: 0.6 * size for name, size in NOISE.items()})
     asked = problem.deflection
     log = driven(problem, 3, limited(problem.time, asked, rate), asked)
-    result = close_loop([log], DECLARED, settings=QUICK)
+    result = close_loop([log], declared, settings=QUICK)
     assert names(result) == [("control_rate_limit", "delta_e", "")]
-    assert result.effects[0].value == pytest.approx(rate, rel=0.05)
+    return result
+
+
+def test_a_severe_rate_limit_is_found_though_re_estimated_derivatives_imitate_it() -> None:
+    result = of_a_slow_surface(0.1, DECLARED)
+    assert result.effects[0].value == pytest.approx(0.1, rel=0.01)
+    assert result.effects[0].std_error < 1e-3
+    assert not [note for note in result.notes if "never reaches" in note]
+
+
+@pytest.mark.parametrize("rate", [pytest.param(0.05, marks=pytest.mark.slow), 0.07])
+@pytest.mark.parametrize("declared", [-2.2, pytest.param(-1.94, marks=pytest.mark.slow), -1.7])
+def test_a_surface_that_never_arrives_shows_its_limit_times_its_effectiveness(rate: float, declared: float) -> None:
+    """The elevator is asked for 0.08 rad for a second either way, and the motion is that of the product alone."""
+    result = of_a_slow_surface(rate, declaring(LIGHT, {**OFF, ("C_m", "delta_e"): declared}))
+    (limit,) = result.effects
+    rows = {(row.coefficient, row.term): row for row in result.derivatives}
+    power, lift, constant = rows["C_m", "delta_e"], rows["C_Z", "delta_e"], rows["C_m", "1"]
+    (note,) = [note for note in result.notes if "never reaches its recorded position" in note]
+    product, error = (
+        float(text.replace("\N{MINUS SIGN}", "-")) for text in note.split(" rad/s")[0].split(", ")[-1].split(" ± ")
+    )
+    assert product == pytest.approx(rate * -1.94, abs=3.0 * error)
+    assert error < 0.01 * abs(product)
+    assert limit.value * power.value == pytest.approx(product, abs=error)
+    # Neither of the two is known better than the declared effectiveness.
+    for known, truth in ((limit, rate), (power, -1.94), (lift, -0.407), (constant, 0.055)):
+        assert known.std_error is not None
+        assert abs(known.value - truth) < 2.0 * known.std_error
+    assert limit.std_error > 0.2 * limit.value
+    assert power.std_error is not None
+    assert power.std_error > 0.2 * abs(power.value)
 
 
 def multisine(time: Array) -> Array:
