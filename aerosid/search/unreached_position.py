@@ -219,10 +219,8 @@ def _shares(completed: Refinement, control: str, search: StructureSearch) -> NDA
 
     The constants balance it at the position from which the surface starts.
     """
-    model, start = (
-        completed.model,
-        float(np.mean([each.flight.inputs[0, each.columns.index(control)] for each in search.manoeuvres])),
-    )
+    model = completed.model
+    start = float(np.mean([each.flight.inputs[0, each.columns.index(control)] for each in search.manoeuvres]))
     shares = np.array([_power(term, control) * model.value((c, term)) for c, term in completed.free])
     for n, (coefficient, term) in enumerate(completed.free):
         if term == CONSTANT:
