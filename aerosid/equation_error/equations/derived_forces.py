@@ -27,7 +27,7 @@ from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import derivative
 from aerosid.flight_model.axes import ACCELERATIONS
 from aerosid.flight_model.constants import GRAVITY
-from aerosid.signals.recursive_filter import butterworth_sections, filtered_from_rest
+from aerosid.signals.recursive_filter import butterworth_sections, filtered
 
 Array = NDArray[np.float64]
 
@@ -50,17 +50,20 @@ def with_derived_forces(
     attitude : tuple of ndarray, shape (N,)
         Bank and pitch angle, rad.
     """
+    missing = [name for name in equations_of(recording.manoeuvre.axes).accelerometers if name not in forces]
+    if not missing:
+        return dict(forces)
     (u, v, w), (phi, theta) = velocities, attitude
-    found = dict(forces)
-    for name in equations_of(recording.manoeuvre.axes).accelerometers:
-        if name not in found:
-            velocity, known = {
-                "a_x": (u, rates.q * w - rates.r * v + GRAVITY * np.sin(theta)),
-                "a_y": (v, rates.r * u - rates.p * w - GRAVITY * np.cos(theta) * np.sin(phi)),
-                "a_z": (w, rates.p * v - rates.q * u - GRAVITY * np.cos(theta) * np.cos(phi)),
-            }[name]
-            found[name] = derivative(velocity, recording.interval) + known
-    return found
+    velocity_and_rest = {
+        "a_x": (u, rates.q * w - rates.r * v + GRAVITY * np.sin(theta)),
+        "a_y": (v, rates.r * u - rates.p * w - GRAVITY * np.cos(theta) * np.sin(phi)),
+        "a_z": (w, rates.p * v - rates.q * u - GRAVITY * np.cos(theta) * np.cos(phi)),
+    }
+    derived = {
+        name: derivative(velocity_and_rest[name][0], recording.interval) + velocity_and_rest[name][1]
+        for name in missing
+    }
+    return {**forces, **derived}
 
 
 def is_derived(recording: Recording, equation: str) -> bool:
@@ -76,6 +79,5 @@ def low_passed(columns: Array, interval: float, time_constant: float) -> Array:
     """
     section = butterworth_sections(1, 0.5 / (np.pi * time_constant), interval)
     means = columns.mean(axis=0)
-    return np.column_stack(
-        [filtered_from_rest(section, column - mean) + mean for column, mean in zip(columns.T, means, strict=True)]
-    )
+    at_rest = np.zeros((section.shape[0], 2, columns.shape[1]))
+    return np.asarray(filtered(section, np.ascontiguousarray(columns - means), at_rest) + means)
