@@ -23,7 +23,8 @@ from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 
 
 def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> EquationErrorDecision:
-    return decide(identified(aircraft, logs, others), aircraft.coefficients)
+    a_priori = {(d.coefficient, d.term): (d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None}
+    return decide(identified(aircraft, logs, others), aircraft.coefficients, declared=a_priori)
 
 
 def identified(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> InstrumentErrors:

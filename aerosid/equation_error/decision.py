@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.compiled.cores import both
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate, weights_restricted_to
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
@@ -44,24 +45,25 @@ from aerosid.equation_error.selection.joint_time_delays import (
     with_errors_held,
 )
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
-from aerosid.equation_error.selection.model_averaging import averaged_covariance
+from aerosid.equation_error.selection.model_averaging import OmittedEffects, averaged_covariance
 from aerosid.equation_error.selection.near_significant import (
     NearSignificant,
-    near_significant_effect,
+    near_significant_effects,
     with_validation_fits,
 )
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, criterion_for, effects_of
 from aerosid.equation_error.selection.replication import is_replicated
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
-from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
+from aerosid.equation_error.selection.vane_calibration import uncertain_scales
 from aerosid.equation_error.selection.wald_tests import (
     EffectEstimate,
     confirmed_unknowns,
     effect_estimates,
     least_significant_of,
 )
+from aerosid.flight_model.aerodynamics import Entry
 
 Array = NDArray[np.float64]
 
@@ -124,7 +126,10 @@ class EquationErrorDecision:
 
 
 def decide(
-    errors: InstrumentErrors, coefficients: Sequence[str], log: Callable[[str], None] = lambda _text: None
+    errors: InstrumentErrors,
+    coefficients: Sequence[str],
+    log: Callable[[str], None] = lambda _text: None,
+    declared: Mapping[Entry, tuple[float, float]] = MappingProxyType({}),
 ) -> EquationErrorDecision:
     """Select the undeclared effects by the coefficient equations, given the instrument errors identified by kinematics.
 
@@ -135,11 +140,15 @@ def decide(
         Drag or axial force, lift or normal force, moment, as the aircraft file names them.
     log : callable
         Receives a message for each effect that is added or removed.
+    declared : mapping of Entry to (float, float)
+        A-priori value and standard deviation of derivatives: evidence in the choice between structures.
     """
     start, hypotheses = errors.start, errors.hypotheses
     settings = errors.selected.estimate.problem.settings
     sensors = [h for h in hypotheses if is_instrument_error(h)]
-    identified, other_delays, search, outcome = _selected_jointly(errors, errors.selected, tuple(coefficients), log)
+    values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
+    joint = _selected_jointly(errors, errors.selected, tuple(coefficients), values, log)
+    identified, other_delays, search, outcome = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     (structure, on_fitted, completed, covariance), refuted = _accepted_structure(identified, search, outcome)
     fitted_estimate, chosen = on_fitted.estimate, (*identified.chosen, *structure.chosen)
@@ -163,15 +172,14 @@ def decide(
     alternatives = (*other_delays, *_not_among(other_delays, of_errors), *of_structure)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
     after = fits_of(compared, completed)
-    near_significant = _near_significant(errors, identified, structure, search, alternatives, refuted)
+    listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
+    omitted = _omitted(errors, identified, structure, search, listed)
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
         before=before,
         completed=completed,
-        covariance=averaged_covariance(
-            completed, covariance, fitted_estimate, alternatives, derivatives, near_significant
-        ),
+        covariance=averaged_covariance(completed, covariance, fitted_estimate, alternatives, derivatives, omitted),
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(identified.estimate, fitted_estimate),
         coefficient_fits=tuple(zip(fits_of(compared, before), after, strict=True)),
@@ -182,7 +190,22 @@ def decide(
         damping=damping_collinearity(fitted_estimate),
         delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
-        near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in near_significant),
+        near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
+    )
+
+
+def _omitted(
+    errors: InstrumentErrors,
+    identified: SelectedStructure,
+    structure: SelectedStructure,
+    search: CoefficientSearch,
+    listed: Collection[Label],
+) -> OmittedEffects:
+    """What may exist beside the selected structure; `listed`: labels of what was selected, refuted or offered."""
+    return OmittedEffects(
+        near_significant_effects(errors, identified, structure, search, listed),
+        uncertain_scales(identified, errors.hypotheses, structure.estimate.point.effects),
+        len(identified.estimate.point.effects),
     )
 
 
@@ -241,27 +264,6 @@ def _significant(
         structure = structure_without(structure, insignificant)
 
 
-def _near_significant(
-    errors: InstrumentErrors,
-    identified: SelectedStructure,
-    structure: SelectedStructure,
-    search: CoefficientSearch,
-    alternatives: Sequence[Alternative],
-    refuted: Sequence[Label],
-) -> tuple[NearSignificant, ...]:
-    """The near-significant effect of the kinematic and of the coefficient equations, each if not yet listed."""
-    listed = {*refuted, *(row.hypothesis.label for row in alternatives)}
-    listed |= {*identified.labels, *structure.labels}
-    sensors = [h for h in errors.hypotheses if h.label not in listed and is_instrument_error(h)]
-    terms = [h for h in search.hypotheses if h.label not in listed and not is_instrument_error(h)]
-    rows = both(
-        functools.partial(near_significant_effect, identified, errors.criterion, sensors, recordings_agree),
-        functools.partial(near_significant_effect, structure, search.criterion, terms, search.admitted),
-        [identified.estimate.problem, structure.estimate.problem],
-    )
-    return tuple(row for row in rows if row is not None)
-
-
 class _JointSelection(NamedTuple):
     """Instrument errors, alternative models of time delays, the coefficient search and the selected structure."""
 
@@ -272,7 +274,11 @@ class _JointSelection(NamedTuple):
 
 
 def _selected_jointly(
-    errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], log: Callable[[str], None]
+    errors: InstrumentErrors,
+    identified: SelectedStructure,
+    coefficients: tuple[str, ...],
+    values: DeclaredValues,
+    log: Callable[[str], None],
 ) -> _JointSelection:
     """The structure selected by both kinds of equations; no time delay is retained whose joint gain is below its
     penalty.
@@ -284,17 +290,24 @@ def _selected_jointly(
     likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors, log)
     if likelier is not identified:
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
-    declared = likelier_vane_smoothing(likelier_input_interpolation(declared))
+    declared = _compared_with(values, likelier_vane_smoothing(likelier_input_interpolation(declared)))
     search = _coefficient_search(errors, identified, declared, coefficients, log)
     outcome = _selected_with_delays(identified.estimate, declared, search)
     for each in identified.chosen:
         gain = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
         if gain is not None and gain < search.criterion.penalty(each.hypothesis):
             log(f"  joint gain of both kinds of equations {gain:.1f} by {each.hypothesis.label}")
-            return _selected_jointly(errors, structure_without(identified, each), coefficients, log)
+            return _selected_jointly(errors, structure_without(identified, each), coefficients, values, log)
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     return _JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
+
+
+def _compared_with(values: DeclaredValues, found: Estimate) -> Estimate:
+    """An estimate of the declared structure whose likelihood contains its disagreement with a-priori values."""
+    if values.among(found.design.unknowns) is None:
+        return found
+    return estimate(replace(found.problem, declared=values), found.point, found.solution.weights)
 
 
 def _with_covariance(

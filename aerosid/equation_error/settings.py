@@ -35,6 +35,17 @@ class EquationErrorSettings:
         are this fraction over the number tested, so that an effect enters where its posterior odds by Schwarz's
         criterion exceed one: gain in ln L - (k/2) ln N > ln(tested/false_alarm). Verified by Monte Carlo in
         tests/equation_error/test_false_alarms.py.
+    declared_tail : float
+        Distance of an estimate from its a-priori value, standard deviations of both, beyond which it counts linearly in
+        the choice between structures. Two: the largest that most engineers would not question. Tried on flights of
+        benchmarks/field_detection.py, seeds 160 and 161; no other value was tried.
+    declared_misjudged : float
+        Standard deviation, 1, of the logarithm of a common factor by which a-priori standard deviations are too small.
+        A factor of the square root of two; chosen among .2, .35 and .7 on flights 7 and 27 of seed 160 of
+        benchmarks/field_detection.py, of which the first is decided rightly by .35 and the second by none.
+    anything_missing : float
+        Prior probability, 1, that a flight lacks anything, shared among the hypotheses as `false_alarm` is: by it a
+        near-significant effect is weighted in the standard errors. Even odds: a flight is analysed because it may.
     contradicted : float
         Largest prior probability that a coefficient lacks a term, however much it loses in ln L by the identified
         instrument errors. 0.5: even odds.
@@ -140,6 +151,10 @@ class EquationErrorSettings:
         Gain in penalised ln L from which another hypothesis replaces a selected one. Chosen.
     nearly : float
         First-order gain in ln L less the penalty, from which a hypothesis is estimated. Chosen.
+    vane_scale : float
+        A-priori standard deviation, 1, of the scale factor error that a calibrated vane retains, by upwash that changes
+        with configuration: where kinematics do not determine it, it is a part of the standard errors of the
+        derivatives. Chosen: two parts in a hundred; found on no data.
     near_share, near_deviations : float
         Least gain as a fraction of the penalty, 1, and least t-ratio by corrected standard errors of a near-significant
         effect: among so many hypotheses most of those ranked first by chance gain less. Chosen.
@@ -218,6 +233,9 @@ class EquationErrorSettings:
     """
 
     false_alarm: float = 0.01
+    declared_tail: float = 2.0
+    declared_misjudged: float = 0.35
+    anything_missing: float = 0.5
     contradicted: float = 0.5
     sideways_false_alarm: float = 0.003
     deviations: float = 3.0
@@ -252,6 +270,7 @@ class EquationErrorSettings:
     most: int = 12
     clearly: float = 1.0
     nearly: float = -4.0
+    vane_scale: float = 0.02
     near_share: float = 0.5
     near_deviations: float = 2.0
     agreement: float = 3.0

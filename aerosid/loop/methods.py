@@ -245,7 +245,8 @@ def _by_equations(
     """Attribution by the coefficient equations, with the identified instrument errors applied."""
     progress("estimating by equation error")
     coefficients = problem.aircraft.coefficients
-    decision = decide(instrument_errors, coefficients)
+    a_priori = {entry: (value, sigma) for entry, value, sigma in _priors(problem.aircraft)}
+    decision = decide(instrument_errors, coefficients, declared=a_priori)
     found = attribute_by_equations(decision, problem.manoeuvres)
     search = StructureSearch(
         problem.manoeuvres,

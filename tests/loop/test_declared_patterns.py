@@ -71,6 +71,22 @@ def test_what_the_record_does_not_show_is_not_asked() -> None:
     assert notes_on_patterns(hidden, []) == ()
 
 
+def test_a_derivative_that_contradicts_its_a_priori_deviation_is_told() -> None:
+    aircraft = load_aircraft("light_transport")
+    (derivative,) = [d for d in aircraft.derivatives if (d.coefficient, str(d.term)) == ("C_m", "alpha")]
+    assert derivative.sigma is not None
+
+    def told(value: float) -> tuple[str, ...]:
+        row = DerivativeRow("C_m", "alpha", derivative.value, value, value, 0.01, 0.01, None, None, None, shown=True)
+        return notes_on_patterns([row], [], aircraft)
+
+    both = math.hypot(derivative.sigma, 0.01)
+    (said,) = told(derivative.value - 6.0 * both)
+    assert "contradicts its declared value" in said
+    assert "by 6.0 standard deviations" in said
+    assert told(derivative.value - 4.5 * both) == ()
+
+
 def test_worse_on_its_own_data_is_said() -> None:
     def row(channel: str, before: float, after: float, role: str = "identification") -> ErrorRow:
         return ErrorRow("flight", role, channel, "rad", 1.0, before, after, after, 0.001)

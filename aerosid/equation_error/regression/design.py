@@ -22,6 +22,7 @@ from aerosid.equation_error.regression.coloured_regression import (
     whitened_segments,
     with_own_colours,
 )
+from aerosid.equation_error.regression.declared_values import DeclaredUnknowns
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import CONSTANT
 
@@ -48,6 +49,8 @@ class Design:
         Least size of each segment's residual.
     instruments : tuple of (ndarray, shape (n, K), or None)
         Instrumental variables that span the space in which each segment is compared; None for all of it.
+    declared : DeclaredUnknowns, optional
+        Unknowns with a-priori values, whose disagreement with the estimates reduces ln L.
     """
 
     segments: tuple[tuple[int, str], ...]
@@ -59,6 +62,7 @@ class Design:
     precisions: Array
     floors: Array
     instruments: tuple[Array | None, ...]
+    declared: DeclaredUnknowns | None = None
 
     def rows(self, segment: int) -> slice:
         """The rows of a segment."""
@@ -81,6 +85,7 @@ class Design:
             np.append(self.precisions, np.zeros(len(unknowns))),
             self.floors,
             self.instruments,
+            self.declared,
         )
 
 
@@ -116,7 +121,8 @@ class Solution:
 
     `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
     of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the whitened columns, each
-    segment's projected on its instrumental variables; `penalty`: reduction of ln L by the unknowns' prior.
+    segment's projected on its instrumental variables; `penalty`: reduction of ln L by the unknowns' prior and by
+    disagreement with declared values.
     """
 
     values: Array
@@ -251,6 +257,8 @@ def solve(design: Design, weights: Weights) -> Solution:
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
     penalty = 0.5 * float(np.sum((design.precisions * values) ** 2))
+    if design.declared is not None:
+        penalty += design.declared.disagreement(values, covariance)
     return Solution(
         values,
         covariance,

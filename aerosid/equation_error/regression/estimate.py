@@ -13,6 +13,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.design import (
     Design,
     Solution,
@@ -49,13 +50,15 @@ CLOSE = 0.05
 class RegressionProblem:
     """Some equations of some records, with the settings of their regression.
 
-    `all_fitted`: whether coefficients are regressed on the validation records too.
+    `all_fitted`: whether coefficients are regressed on the validation records too. `declared`: a-priori values of
+    derivatives, with which estimates may disagree.
     """
 
     recordings: tuple[Recording, ...]
     kinds: tuple[str, ...]
     settings: EquationErrorSettings
     all_fitted: bool = False
+    declared: DeclaredValues | None = None
 
     @cached_property
     def _equations(self) -> Equations:
@@ -77,7 +80,8 @@ class RegressionProblem:
         """The regression at a point. Kinematic equations have the same columns at all points, and are stacked once."""
         segments = self.segments(point)
         if any(each.equation in COEFFICIENT for each in segments):
-            return design_of(segments, self.settings)
+            design = design_of(segments, self.settings)
+            return design if self.declared is None else replace(design, declared=self.declared.among(design.unknowns))
         names = tuple((each.recording, each.equation) for each in segments)
         if names not in self._kinematic:
             self._kinematic[names] = design_of(segments, self.settings)

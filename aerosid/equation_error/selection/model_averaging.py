@@ -4,20 +4,21 @@ Where the records cannot distinguish an alternative from a selected effect, the 
 more than either's standard errors. The mean square of a derivative about its estimate is then its variance in the
 selected structure plus the squared differences to those of the alternatives, each weighted by its probability (Hoeting,
 Madigan, Raftery & Volinsky, Statistical Science 14 (4), 1999, section 1, about the estimate of the selected structure
-instead of the mean of all, since that is what is reported). The same holds for a near-significant effect: one in ln L
-below its penalty, its probability is a quarter.
+instead of the mean of all, since that is what is reported). The same holds for a near-significant effect, at even odds
+that anything is missing: the penalty of selection keeps false names rare and states no belief. The scale factor of a
+vane that was not identified is a continuous choice: its posterior is represented by its root mean square.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled.cores import mapped
-from aerosid.effects import frozen
+from aerosid.effects import ActiveEffect, frozen
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
@@ -35,13 +36,49 @@ STEPS = 2
 records."""
 
 
+@dataclass(frozen=True)
+class OmittedEffects:
+    """What a structure omits although it may exist.
+
+    Attributes
+    ----------
+    near_significant : sequence of NearSignificant
+        Near-significant effects.
+    scales : sequence of ActiveEffect
+        Scale factor errors of vanes at their posterior root-mean-square size; they are not counted as near-significant.
+    identified : int
+        Number of instrument errors identified by kinematics, the first of the point's effects.
+    """
+
+    near_significant: Sequence[NearSignificant] = ()
+    scales: Sequence[ActiveEffect] = ()
+    identified: int = 0
+
+    def probable(self, believed: float) -> list[NearSignificant]:
+        """The near-significant effects of some probability, `believed`: logarithm by which their odds are raised."""
+        scaled = {active.name for active in self.scales}
+        return [
+            row
+            for row in self.near_significant
+            if probability_of(row.gain - row.penalty + believed) >= LEAST
+            and (row.active is None or row.active.name not in scaled)
+        ]
+
+    def scaled(self, point: Point) -> list[Point]:
+        """A point of the coefficient equations with each of the scale factor errors."""
+        return [_with_instrument_error(point, active, self.identified) for active in self.scales]
+
+
+NOTHING_OMITTED = OmittedEffects()
+
+
 def averaged_covariance(
     completed: Estimate,
     covariance: Array,
     fitted: Estimate,
     alternatives: Sequence[Alternative],
     declared: Sequence[Unknown],
-    omitted: Sequence[NearSignificant] = (),
+    omitted: OmittedEffects = NOTHING_OMITTED,
 ) -> Array:
     """The covariance (P, P) of the completed structure's unknowns including the choice among alternatives.
 
@@ -57,8 +94,8 @@ def averaged_covariance(
         Alternatives of the selected effects.
     declared : sequence of Unknown
         The derivatives concerned: an effect's own parameters are those of the effect that is named.
-    omitted : sequence of NearSignificant
-        Near-significant effects.
+    omitted : OmittedEffects
+        What the structure omits although it may exist.
     """
     indices = {unknown: completed.design.unknowns.index(unknown) for unknown in declared}
     rows = [(row, weight) for row, weight in zip(alternatives, probabilities(alternatives), strict=True)]
@@ -75,17 +112,21 @@ def averaged_covariance(
             difference[index] = values.get(unknown, 0.0) - completed.solution.values[index]
         return difference, found.gain_over(fitted)
 
-    close = [row for row in omitted if probability_of(row.gain - row.penalty) >= LEAST]
+    settings = completed.problem.settings
+    believed = float(np.log(settings.anything_missing / settings.alarm(completed.point.model.axes)))
+    close = omitted.probable(believed)
     points = [
         *(_with_alternative(fitted.point, row) for row, _ in rows),
         *(_with_omitted(fitted.point, row) for row in close),
+        *omitted.scaled(fitted.point),
     ]
     changes = mapped(change, points)
     weights = [weight for _, weight in rows]
-    for row, (_, gain) in zip(close, changes[len(rows) :], strict=True):
+    for row, (_, gain) in zip(close, changes[len(rows) : len(rows) + len(close)], strict=True):
         # The coefficients may refute or confirm what is near-significant by kinematics.
         coefficient_gain = 0.0 if row.estimate.problem.kinds == COEFFICIENT else gain
-        weights.append(probability_of(row.gain + coefficient_gain - row.penalty))
+        weights.append(probability_of(row.gain + coefficient_gain - row.penalty + believed))
+    weights += [1.0] * len(omitted.scales)
     total = covariance.copy()
     for weight, (difference, _) in zip(weights, changes, strict=True):
         total += weight * np.outer(difference, difference)
@@ -111,8 +152,12 @@ def _with_omitted(point: Point, row: NearSignificant) -> Point:
     other = row.estimate.point
     if row.estimate.problem.kinds == COEFFICIENT or row.active is None:
         return other
-    known = len(other.effects) - 1
-    return replace(point, effects=(*point.effects[:known], frozen(row.active), *point.effects[known:]))
+    return _with_instrument_error(point, row.active, len(other.effects) - 1)
+
+
+def _with_instrument_error(point: Point, active: ActiveEffect, known: int) -> Point:
+    """A point of the coefficient equations with one more instrument error, fixed, after the first `known` ones."""
+    return replace(point, effects=(*point.effects[:known], frozen(active), *point.effects[known:]))
 
 
 def _with_alternative(point: Point, row: Alternative) -> Point | None:

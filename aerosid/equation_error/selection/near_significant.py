@@ -7,12 +7,14 @@ distance from significance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from aerosid.compiled.cores import both
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Weights
@@ -29,15 +31,18 @@ from aerosid.equation_error.selection.candidates import (
     Candidate,
     best_candidates,
     cached_candidates,
+    is_instrument_error,
     linearised,
     regressed_with,
     score_candidates,
     with_hypothesis,
 )
+from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_of
-from aerosid.equation_error.selection.penalties import SelectionCriterion, schwarz_penalty
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, schwarz_penalty
 from aerosid.equation_error.selection.redundancy import non_redundant
-from aerosid.equation_error.selection.stepwise import Admitted, is_acceptable
+from aerosid.equation_error.selection.stepwise import Admitted, is_acceptable, recordings_agree
 from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.equation_error.selection.wald_tests import null_value
 
@@ -72,6 +77,36 @@ class NearSignificant:
     estimate: Estimate = field(repr=False, compare=False)
     indistinguishable: tuple[Hypothesis, ...] = ()
     validation_fits: tuple[tuple[CoefficientFit, CoefficientFit], ...] = ()
+
+
+def near_significant_effects(
+    errors: InstrumentErrors,
+    identified: SelectedStructure,
+    structure: SelectedStructure,
+    search: CoefficientSearch,
+    listed: Collection[Label],
+) -> tuple[NearSignificant, ...]:
+    """The near-significant effect of the kinematic and of the coefficient equations, each if there is one.
+
+    Parameters
+    ----------
+    errors : InstrumentErrors
+        The hypotheses, and the criterion of the kinematic equations.
+    identified, structure : SelectedStructure
+        The structures selected by the kinematic and by the coefficient equations.
+    search : CoefficientSearch
+        Hypotheses and criterion of the coefficient equations.
+    listed : collection of Label
+        Hypotheses that were selected or refuted, or are alternatives.
+    """
+    sensors = [h for h in errors.hypotheses if h.label not in listed and is_instrument_error(h)]
+    terms = [h for h in search.hypotheses if h.label not in listed and not is_instrument_error(h)]
+    rows = both(
+        functools.partial(near_significant_effect, identified, errors.criterion, sensors, recordings_agree),
+        functools.partial(near_significant_effect, structure, search.criterion, terms, search.admitted),
+        [identified.estimate.problem, structure.estimate.problem],
+    )
+    return tuple(row for row in rows if row is not None)
 
 
 def near_significant_effect(

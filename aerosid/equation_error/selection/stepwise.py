@@ -347,6 +347,7 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
         columns=found.design.columns[:, protected],
         unknowns=tuple(found.design.unknowns[p] for p in protected),
         precisions=found.design.precisions[protected],
+        declared=None,
     )
     wide = reduced.extended(split, [("alone", recording) for recording in recordings])
     solved = solve(wide, found.solution.weights)

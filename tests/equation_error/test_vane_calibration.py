@@ -1,0 +1,84 @@
+"""Calibration uncertainty of a vane: its posterior by numerical integration, and what it adds to the derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from equations_decided import decided, identified
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.stats import norm
+
+from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.alternatives import last_parameter
+from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.vane_calibration import uncertain_scales
+from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+SEEDS = 650_000
+"""Of these flights."""
+
+
+def flights(seed: int, scale: float, air: float) -> tuple[InstrumentErrors, EquationErrorDecision]:
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + seed))
+    wrong = Wrong(scale={"alpha": scale})
+    one, two = (
+        flown(name, body, SEEDS + 10 * seed + n, air=air, wrong=wrong, seconds=30.0)
+        for n, name in enumerate(("one", "two"))
+    )
+    return identified(aircraft, [one], [two]), decided(aircraft, [one], [two])
+
+
+@pytest.fixture(scope="module")
+def uncertain() -> tuple[InstrumentErrors, EquationErrorDecision]:
+    """A vane that shows 3 % too much in gusts, which is not identified."""
+    return flights(3, 1.03, 0.8)
+
+
+def test_the_posterior_is_that_of_the_prior_and_the_kinematics(
+    uncertain: tuple[InstrumentErrors, EquationErrorDecision],
+) -> None:
+    errors, _ = uncertain
+    assert not errors.selected.chosen
+    (scale,) = uncertain_scales(errors.selected, errors.hypotheses, ())
+    assert scale.name == ("sensor_scale", "alpha")
+    base = errors.selected.estimate
+    (hypothesis,) = [h for h in errors.hypotheses if h.label == ("sensor_scale", "alpha", "")]
+    found = estimate(base.problem, with_hypothesis(base.point, hypothesis), base.solution.weights)
+    _, value, error = last_parameter(found, hypothesis)
+
+    def density(size: float) -> float:
+        return float(norm.pdf(size, value - 1.0, error) * norm.pdf(size, 0.0, base.problem.settings.vane_scale))
+
+    total, square, mean = (
+        quad(lambda size, p=power: size**p * density(size), -0.3, 0.3, points=[0.0], limit=200)[0]
+        for power in (0, 2, 1)
+    )
+    (shown,) = scale.held
+    assert_allclose(abs(shown - 1.0), np.sqrt(square / total), rtol=0.05)
+    assert (shown > 1.0) == (mean > 0.0)
+
+
+def test_a_vane_whose_scale_was_identified_is_not_uncertain() -> None:
+    errors, _ = flights(4, 1.1, 0.2)
+    assert ("sensor_scale", "alpha", "") in errors.selected.labels
+    assert uncertain_scales(errors.selected, errors.hypotheses, errors.selected.estimate.point.effects) == ()
+
+
+def test_the_derivatives_by_alpha_are_as_uncertain_as_the_scale(
+    uncertain: tuple[InstrumentErrors, EquationErrorDecision],
+) -> None:
+    errors, decision = uncertain
+    truth = BODIES[0].terms
+    (scale,) = uncertain_scales(errors.selected, errors.hypotheses, ())
+    deviations = np.sqrt(np.diag(decision.covariance))
+    values = decision.completed.solution.values
+    for n, unknown in enumerate(decision.completed.design.unknowns):
+        if unknown[0] == "term":
+            coefficient, term = unknown[1]  # type: ignore[misc]
+            if (coefficient, str(term)) in (("C_Z", "alpha"), ("C_m", "alpha")):
+                assert abs(values[n] - truth[coefficient, str(term)]) < 3.0 * deviations[n]
+                assert deviations[n] > 0.8 * abs(values[n]) * abs(scale.held[0] - 1.0)
