@@ -11,10 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.declared_values import DeclaredValues
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate, weights_restricted_to
+from aerosid.equation_error.regression.estimate import (
+    Estimate,
+    RegressionProblem,
+    compared_with,
+    estimate,
+    weights_restricted_to,
+)
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
@@ -105,6 +112,8 @@ class EquationErrorDecision:
         Kinematic estimates of the instrument errors identified only by kinematics and coefficients jointly.
     near_significant : tuple of NearSignificant
         Effects that would be significant as single hypotheses: of kinematics, then of coefficients.
+    uncertain_scales : tuple of ActiveEffect
+        Scale factors of vanes that the standard errors contain, at their posterior root-mean-square size.
     """
 
     findings: tuple[EffectEstimate, ...]
@@ -123,6 +132,7 @@ class EquationErrorDecision:
     delay_discrepancies: tuple[DelayDiscrepancy, ...] = ()
     joint_evidence: Mapping[Label, KinematicEvidence] = field(default_factory=dict)
     near_significant: tuple[NearSignificant, ...] = ()
+    uncertain_scales: tuple[ActiveEffect, ...] = ()
 
 
 def decide(
@@ -191,6 +201,7 @@ def decide(
         delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
+        uncertain_scales=tuple(omitted.scales),
     )
 
 
@@ -202,11 +213,9 @@ def _omitted(
     listed: Collection[Label],
 ) -> OmittedEffects:
     """What may exist beside the selected structure; `listed`: labels of what was selected, refuted or offered."""
-    return OmittedEffects(
-        near_significant_effects(errors, identified, structure, search, listed),
-        uncertain_scales(identified, errors.hypotheses, structure.estimate.point.effects),
-        len(identified.estimate.point.effects),
-    )
+    near_significant = near_significant_effects(errors, identified, structure, search, listed)
+    scales = uncertain_scales(identified, errors.hypotheses, structure.estimate.point.effects)
+    return OmittedEffects(near_significant, scales, len(identified.estimate.point.effects))
 
 
 class _Accepted(NamedTuple):
@@ -290,7 +299,7 @@ def _selected_jointly(
     likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors, log)
     if likelier is not identified:
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
-    declared = _compared_with(values, likelier_vane_smoothing(likelier_input_interpolation(declared)))
+    declared = compared_with(values, likelier_vane_smoothing(likelier_input_interpolation(declared)))
     search = _coefficient_search(errors, identified, declared, coefficients, log)
     outcome = _selected_with_delays(identified.estimate, declared, search)
     for each in identified.chosen:
@@ -301,13 +310,6 @@ def _selected_jointly(
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     return _JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
-
-
-def _compared_with(values: DeclaredValues, found: Estimate) -> Estimate:
-    """An estimate of the declared structure whose likelihood contains its disagreement with a-priori values."""
-    if values.among(found.design.unknowns) is None:
-        return found
-    return estimate(replace(found.problem, declared=values), found.point, found.solution.weights)
 
 
 def _with_covariance(

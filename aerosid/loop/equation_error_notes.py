@@ -63,6 +63,23 @@ def note_on_near_significant(row: NearSignificant) -> str:
     return f"{sentence}."
 
 
+NOTED_SCALE = 0.005
+"""Display: relative part of a standard error from which the vane's scale factor is noted."""
+
+
+def note_on_vane_scale(active: ActiveEffect) -> str | None:
+    """Note on the part of the standard errors that is a vane's scale factor; None where it is negligible."""
+    size, where = abs(active.held[0] - 1.0), active.effect.where
+    if size < NOTED_SCALE:
+        return None
+    return (
+        f"The standard errors of the derivatives by {where} contain the scale factor of its vane, known to "
+        f"{number(100.0 * size, 2)} % by kinematics and the usual accuracy of a calibration together. If the vane is "
+        f'calibrated better than that, declare so in the aircraft file: kind = "sensor_scale", where = "{where}", '
+        "value = 1.0 in [[effects]]."
+    )
+
+
 def note_on_damping(damping: DampingCollinearity) -> str:
     """Note on the part of C_m q_hat that these manoeuvres cannot separate from C_m alpha_dot_hat."""
     least, most = damping.parts

@@ -23,6 +23,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_delay,
     note_on_near_significant,
     note_on_supported_error,
+    note_on_vane_scale,
 )
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import number
@@ -264,6 +265,7 @@ def _by_equations(
         if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
     )
     notes += tuple(note_on_near_significant(row) for row in decision.near_significant)
+    notes += tuple(note for scale in decision.uncertain_scales if (note := note_on_vane_scale(scale)))
     if decision.damping is not None:
         notes = (*notes, note_on_damping(decision.damping))
     if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from equations_decided import decided, identified
@@ -9,16 +11,23 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.stats import norm
 
+from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.vane_calibration import uncertain_scales
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.equation_error_notes import note_on_vane_scale
+from aerosid.loop.settings import LoopSettings
+from aerosid.notation import number
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 650_000
 """Of these flights."""
+
+QUICK = LoopSettings(paper_chain=False, second_opinion=False, linear_analysis=False, next_flight=False)
 
 
 def flights(seed: int, scale: float, air: float) -> tuple[InstrumentErrors, EquationErrorDecision]:
@@ -82,3 +91,33 @@ def test_the_derivatives_by_alpha_are_as_uncertain_as_the_scale(
             if (coefficient, str(term)) in (("C_Z", "alpha"), ("C_m", "alpha")):
                 assert abs(values[n] - truth[coefficient, str(term)]) < 3.0 * deviations[n]
                 assert deviations[n] > 0.8 * abs(values[n]) * abs(scale.held[0] - 1.0)
+
+
+def test_the_note_gives_the_scale_and_how_to_declare_a_calibration(
+    uncertain: tuple[InstrumentErrors, EquationErrorDecision],
+) -> None:
+    _, decision = uncertain
+    (scale,) = decision.uncertain_scales
+    note = note_on_vane_scale(scale)
+    assert note is not None
+    assert f"known to {number(100.0 * abs(scale.held[0] - 1.0), 2)} %" in note
+    assert 'kind = "sensor_scale", where = "alpha"' in note
+    assert note_on_vane_scale(replace(scale, held=(1.001,))) is None
+
+
+def test_a_declared_calibration_is_believed() -> None:
+    """With the scale factor declared as one the derivatives by alpha are as certain as the flights make them."""
+    body = BODIES[0]
+    generator = np.random.default_rng(SEEDS + 5)
+    aircraft = aircraft_of(body, 0.08, generator)
+    logs = [flown(name, body, SEEDS + 50 + n, air=0.8, seconds=30.0) for n, name in enumerate(("one", "two"))]
+    effect = '[[effects]]\nkind = "sensor_scale"\nwhere = "alpha"\nvalue = 1.0\n'
+    calibrated = aircraft_from_text(aircraft.text + effect, "calibrated.toml", "0" * 64)
+    errors = {}
+    for name, each in (("usual", aircraft), ("calibrated", calibrated)):
+        result = close_loop(logs[:1], each, logs[1:], settings=QUICK)
+        (row,) = [row for row in result.derivatives if (row.coefficient, row.term) == ("C_m", "alpha")]
+        assert row.std_error is not None
+        errors[name] = row.std_error
+        assert any("scale factor of its vane" in note for note in result.notes) is (name == "usual")
+    assert errors["calibrated"] < 0.8 * errors["usual"]

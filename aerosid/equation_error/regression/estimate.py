@@ -301,6 +301,13 @@ def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> 
     return best
 
 
+def compared_with(values: DeclaredValues, found: Estimate) -> Estimate:
+    """An estimate of coefficient equations whose likelihood contains its disagreement with a-priori values."""
+    if values.among(found.design.unknowns) is None:
+        return found
+    return estimate(replace(found.problem, declared=values), found.point, found.solution.weights)
+
+
 def weights_restricted_to(found: Estimate, problem: RegressionProblem, point: Point) -> Weights:
     """An estimate's colours and sizes for the equations of a problem that contains fewer of them."""
     index = {segment: s for s, segment in enumerate(found.design.segments)}
