@@ -181,6 +181,12 @@ def simulated(
     span = body.wing_area / body.mean_chord
     area, chord, mass, inertia = body.wing_area, body.mean_chord, body.mass, body.I_yy
     lift_slope = body.C_Z[1]
+    apparent = VARIABLES.index("alpha_dot_hat")
+    rounds = 2 if any(place == apparent for _, _, factors in parsed for place, _ in factors) else 1
+    # Numbers of Python's own: each of numpy's, taken from its array at every step, takes several times as long.
+    air, elevator, push = air.tolist(), elevator.tolist(), push.tolist()
+    flaps, stabiliser = inputs["delta_f"].tolist(), inputs["delta_h"].tolist()
+    beside = offsets.T.tolist()
 
     def rates(x: list[float], k: int) -> tuple[list[float], tuple[float, ...]]:
         u, w, q, theta, height, separated, memory = x
@@ -191,19 +197,19 @@ def simulated(
         angle = math.atan2(relative, u)
         force = 0.5 * body.density * speed * speed * area
         q_hat = q * chord / (2.0 * body.airspeed)
-        deflection = float(elevator[k])
+        deflection = elevator[k]
         slope = 0.0
-        for _ in range(2):
+        for _ in range(rounds):
             values = (
                 angle,
                 q_hat,
                 deflection,
                 speed / body.airspeed - 1.0,
                 slope * chord / (2.0 * body.airspeed),
-                float(inputs["delta_f"][k]),
-                float(inputs["delta_h"][k]),
+                flaps[k],
+                stabiliser[k],
             )
-            total = [float(offsets[0, k]), float(offsets[1, k]), float(offsets[2, k])]
+            total = list(beside[k])
             for place, number, factors in parsed:
                 for i, power in factors:
                     number *= values[i] ** power
@@ -211,7 +217,7 @@ def simulated(
             separation_rate = 0.0
             if ground is not None:
                 total[1] *= 1.0 + ground * math.exp(-2.48 * (2.0 * max(height, 0.0) / span) ** 0.768)
-            a_x, a_z = (force * total[0] + float(push[k])) / mass, force * total[1] / mass
+            a_x, a_z = (force * total[0] + push[k]) / mass, force * total[1] / mass
             w_dot = q * u + G * math.cos(theta) + a_z
             u_dot = -q * w - G * math.sin(theta) + a_x
             slope = (u * w_dot - relative * u_dot) / (speed * speed)
@@ -229,7 +235,7 @@ def simulated(
             value = {"alpha": angle, "delta_e": deflection, "speed": speed / body.airspeed - 1.0}[source]
             memory_rate = (value - memory) / constant
             total[("C_X", "C_Z", "C_m").index(coefficient)] += number * (memory - value)
-        a_x, a_z = (force * total[0] + float(push[k])) / mass, force * total[1] / mass
+        a_x, a_z = (force * total[0] + push[k]) / mass, force * total[1] / mass
         q_dot = force * chord * total[2] / inertia
         arm = 0.0
         if shift is not None and half[k] >= shift[1]:

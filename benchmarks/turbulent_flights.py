@@ -133,14 +133,17 @@ def _simulated(
 ) -> dict[str, Array]:
     alpha, elevator, thrust = level(body, {key: v for key, v in terms.items() if key not in body.terms})
     acting = elevator + np.roll(asked, round(delay / STEP))
-    x = np.array([body.airspeed * math.cos(alpha), body.airspeed * math.sin(alpha), 0.0, alpha, 1500.0])
+    x = [body.airspeed * math.cos(alpha), body.airspeed * math.sin(alpha), 0.0, alpha, 1500.0]
     rows = np.zeros((asked.size, 7))
-
     driving = np.vstack([acting, gust])
+    between = (0.5 * (driving + np.roll(driving, -1, axis=1))).T.tolist()
+    samples = driving.T.tolist()
+    between[-1] = samples[-1]
 
-    def rates(x: Array, inputs: Array) -> tuple[Array, tuple[float, ...]]:
-        u, w, q, theta = (float(v) for v in x[:4])
-        elevator_now, gust_u, gust_w = (float(v) for v in inputs)
+    # Numbers of Python's own: an array of five of them takes three times as long.
+    def rates(x: list[float], inputs: list[float]) -> tuple[list[float], tuple[float, ...]]:
+        u, w, q, theta, height = x
+        elevator_now, gust_u, gust_w = inputs
         air_u, air_w = u - gust_u, w - gust_w
         speed = math.hypot(air_u, air_w)
         angle = math.atan2(air_w, air_u)
@@ -149,25 +152,16 @@ def _simulated(
         force = 0.5 * body.density * speed**2 * body.wing_area
         a_x, a_z = (force * c[0] + thrust) / body.mass, force * c[1] / body.mass
         q_dot = force * body.mean_chord * c[2] / body.I_yy
-        rate = np.array(
-            [
-                a_x - G * math.sin(theta) - q * w,
-                a_z + G * math.cos(theta) + q * u,
-                q_dot,
-                q,
-                u * math.sin(theta) - w * math.cos(theta),
-            ]
-        )
-        return rate, (speed, angle, q, theta, a_x, a_z, float(x[4]))
+        sin, cos = math.sin(theta), math.cos(theta)
+        rate = [a_x - G * sin - q * w, a_z + G * cos + q * u, q_dot, q, u * sin - w * cos]
+        return rate, (speed, angle, q, theta, a_x, a_z, height)
 
-    for k in range(asked.size):
-        here, there = driving[:, k], driving[:, min(k + 1, asked.size - 1)]
-        middle = 0.5 * (here + there)
+    for k, (here, middle) in enumerate(zip(samples, between, strict=True)):
         k1, rows[k] = rates(x, here)
-        k2, _ = rates(x + 0.5 * STEP * k1, middle)
-        k3, _ = rates(x + 0.5 * STEP * k2, middle)
-        k4, _ = rates(x + STEP * k3, there)
-        x = x + STEP / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        k2, _ = rates([a + 0.5 * STEP * b for a, b in zip(x, k1, strict=True)], middle)
+        k3, _ = rates([a + 0.5 * STEP * b for a, b in zip(x, k2, strict=True)], middle)
+        k4, _ = rates([a + STEP * b for a, b in zip(x, k3, strict=True)], samples[min(k + 1, asked.size - 1)])
+        x = [a + STEP / 6.0 * (p + 2.0 * q + 2.0 * r + s) for a, p, q, r, s in zip(x, k1, k2, k3, k4, strict=True)]
     outputs = dict(zip(("V", "alpha", "q", "theta", "a_x", "a_z", "h"), rows.T, strict=True))
     return outputs | {"delta_e": elevator + asked}
 

@@ -7,6 +7,7 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -41,6 +42,8 @@ app = typer.Typer(
     "usage or a wrong aircraft or map file, 3 an unusable log, 4 the estimation broke down.",
 )
 
+_command_of = cache(typer.main.get_command)  # read from annotations once for all calls in a process
+
 _DEBUG = "--debug"
 
 _CYCLES_SOUGHT_AFTER = 500_000
@@ -71,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments = [word for word in words if word != _DEBUG]
         # numpy reads SOURCE_DATE_EPOCH on import and its error does not name the variable.
         today()
-        result = app(taken_out(arguments), standalone_mode=False, obj=arguments)
+        result = _command_of(app)(taken_out(arguments), standalone_mode=False, obj=arguments)
     except AerosidError as error:
         return _failed(str(error), error.exit_code, debug)
     except typer.Abort:

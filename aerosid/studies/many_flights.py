@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import COEFFICIENTS, Axes, input_columns_of
-from aerosid.flight_model.terms import LIFT, Term, lift_first
+from aerosid.flight_model.terms import LIFT, Term
 
 FloatArray = NDArray[np.float64]
 
@@ -228,11 +228,12 @@ def _coefficients(
 ) -> dict[str, FloatArray | float]:
     """The coefficients (K,) in body axes, lift and drag converted; zero where they are not modelled."""
     total: dict[str, FloatArray | float] = dict.fromkeys(COEFFICIENTS, 0.0)
-    for wanted in lift_first(total):
-        known = {**variables, **{name: total[name] for name in LIFT}}
+    known = {**variables, **{name: total[name] for name in LIFT}}
+    for lift in (True, False):
         for (coefficient, term), value in zip(model.entries, values, strict=True):
-            if coefficient == wanted:
+            if (coefficient in LIFT) is lift:
                 total[coefficient] = total[coefficient] + value * _term(term, known)
+        known |= {name: total[name] for name in LIFT}
     sin, cos = np.sin(alpha), np.cos(alpha)
     total["C_X"] = total["C_X"] + total["C_L"] * sin - total["C_D"] * cos
     total["C_Z"] = total["C_Z"] - total["C_L"] * cos - total["C_D"] * sin

@@ -126,7 +126,7 @@ def test_the_sentence_says_when_the_flight_begins() -> None:
 
 
 def test_check_has_one_verdict_and_its_exit_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = _flown(3.0).log().between(0.0, 90.0)
+    log = _flown(3.0).log().between(20.0, 60.0)
     good, lacking = tmp_path / "good.csv", tmp_path / "lacking.csv"
     good.write_text(native_csv(log, "good", 9))
     bare = replace(log, channels={name: log[name] for name in log.channels if name != "q"})
@@ -143,7 +143,7 @@ def test_check_has_one_verdict_and_its_exit_code(tmp_path: Path, capsys: pytest.
 
 
 def test_check_refuses_contradicting_channels_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = _flown(3.0).log().between(0.0, 90.0)
+    log = _flown(3.0).log().between(25.0, 50.0)
     path = tmp_path / "opposed.csv"
     # Pitch angle with the wrong sign: an error of the map, not of an instrument.
     path.write_text(native_csv(replace(log, channels={**log.channels, "theta": -log["theta"]}), "opposed", 9))

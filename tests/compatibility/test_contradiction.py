@@ -116,7 +116,7 @@ def test_an_airspeed_in_another_unit_is_named_in_moving_air() -> None:
     assert "m/s and not km/h (a factor of 3.600)" in found.sentence
 
 
-@pytest.mark.parametrize("factor", [0.7, 0.85, 1.3])
+@pytest.mark.parametrize("factor", [0.7, pytest.param(0.85, marks=pytest.mark.slow), 1.3])
 def test_a_scale_factor_error_of_airspeed_is_no_unit(log: FlightLog, factor: float) -> None:
     assert not any("and not" in found.remedy for found in judged(with_channels(log, V=factor * log["V"])))
 

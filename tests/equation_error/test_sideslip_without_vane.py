@@ -1,6 +1,7 @@
 """Sideslip without a vane, from the lateral accelerometer's path, on flights of the suite's own rigid body."""
 
 from dataclasses import replace
+from functools import cache
 
 import lateral_flights as commuter
 import numpy as np
@@ -30,6 +31,7 @@ SEEDS = 9100
 ZEROS = {"a_y": 0.05, "r": 0.002, "p": -0.001, "phi": 0.004}
 
 
+@cache
 def flown(seed: int, *, mirrored: bool = False, ahead: float = 0.0, noise: float = 1.0) -> FlightLog:
     """A flight without a sideslip vane, with sensor biases and the accelerometer `ahead`, m."""
     sensors = {name: lambda _time, true, zero=zero: true + zero for name, zero in ZEROS.items()}

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from oracles.rigid_body import cross
 from oracles.terms import term_by_tree
 
 Array = NDArray[np.float64]
@@ -91,7 +92,7 @@ def _rates_at(
     # Newton in rotating axes: force/mass + gravity = dv/dt + omega x v.
     omega, velocity = np.array([p, q, r]), np.array([u, v, w])
     gravity = GRAVITY * np.array([-math.sin(theta), math.sin(phi) * math.cos(theta), math.cos(phi) * math.cos(theta)])
-    acceleration = np.array([force_x, 0.0, force_z]) / mass + gravity - np.cross(omega, velocity)
+    acceleration = np.array([force_x, 0.0, force_z]) / mass + gravity - cross(omega, velocity)
     u_dot, w_dot = acceleration[0], acceleration[2]
     alpha_dot = (u * w_dot - w * u_dot) / (u**2 + w**2)
     climb = -(body_to_earth(phi, theta) @ velocity)[2]
@@ -123,12 +124,12 @@ def sensed(
     velocity = np.array([u, speed * math.sin(given["beta"]), w])
     omega = np.array([given["p"], q, given["r"]])
     spin = np.array([0.0, rates[2], 0.0])
-    vane = velocity + np.cross(omega, at["alpha"])
+    vane = velocity + cross(omega, at["alpha"])
     gravity = body_to_earth(phi, theta).T @ np.array([0.0, 0.0, GRAVITY])
-    centre = np.array([rates[0], 0.0, rates[1]]) + np.cross(omega, velocity) - gravity
+    centre = np.array([rates[0], 0.0, rates[1]]) + cross(omega, velocity) - gravity
 
     def specific_force(place: Array) -> Array:
-        return centre + np.cross(spin, place) + np.cross(omega, np.cross(omega, place))
+        return centre + cross(spin, place) + cross(omega, cross(omega, place))
 
     return np.array(
         [

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,11 @@ def motion(states: Sequence[str], x: Sequence[complex], inputs: Numbers) -> dict
     return {"u": plane * np.cos(inputs["alpha"]), "v": z["v"], "w": plane * np.sin(inputs["alpha"])} | full
 
 
+def cross(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    """The product of two vectors; numpy's, made for stacks of them, takes ten times as long."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def rotation(z: Numbers) -> NDArray[np.complex128]:
     """From body axes to north-east-down at zero heading."""
     sin, cos = np.sin(z["phi"]), np.cos(z["phi"])
@@ -67,10 +73,14 @@ def rotation(z: Numbers) -> NDArray[np.complex128]:
 
 @dataclass(frozen=True)
 class Answer:
-    """Rates of the states, and what every sensor sees."""
+    """Rates of the states, and what every sensor sees, which a simulation asks for at few of its steps."""
 
     rates: NDArray[np.complex128]
-    outputs: dict[str, complex]
+    sensors: Callable[[], dict[str, complex]]
+
+    @property
+    def outputs(self) -> dict[str, complex]:
+        return self.sensors()
 
 
 def lift_first(terms: Terms) -> list[tuple[tuple[str, str], complex]]:
@@ -102,18 +112,20 @@ def answer(states: Sequence[str], x: Sequence[complex], inputs: Numbers, terms: 
         "C_T": thrust / force, "mach": speed / inputs["speed_of_sound"], "alpha_dot_hat": 0.0,
         **{name: value * half for name, value in rates.items()},
     }  # fmt: skip
-    gravity = rotation(z).T @ np.array([0.0, 0.0, GRAVITY])
+    turned, ordered = rotation(z), lift_first(terms)
+    gravity = turned.T @ np.array([0.0, 0.0, GRAVITY])
+    implicit = any("alpha_dot_hat" in text for _, text in terms)
     for _ in range(60):
         c = dict.fromkeys(("C_X", "C_Y", "C_Z", "C_l", "C_m", "C_n", "C_L", "C_D"), 0.0)
-        for (coefficient, text), value in lift_first(terms):
+        for (coefficient, text), value in ordered:
             c[coefficient] += value * term_by_tree(text, variables | {"C_L": c["C_L"], "C_Z": c["C_Z"]})
         turn = np.array([[np.sin(alpha), -np.cos(alpha)], [-np.cos(alpha), -np.sin(alpha)]])
         wind_x, wind_z = turn @ np.array([c["C_L"], c["C_D"]])
         total = force * np.array([c["C_X"] + wind_x, c["C_Y"], c["C_Z"] + wind_z])
         total = total + thrust * np.array([np.cos(body.incidence), 0.0, -np.sin(body.incidence)])
-        accelerated = total / mass + gravity - np.cross(omega, velocity)
+        accelerated = total / mass + gravity - cross(omega, velocity)
         hat = (z["u"] * accelerated[2] - z["w"] * accelerated[0]) / (z["u"] ** 2 + z["w"] ** 2) * half * body.chord
-        if not any("alpha_dot_hat" in text for _, text in terms):
+        if not implicit:
             break
         variables["alpha_dot_hat"] = hat
     if "u" not in states:  # forces along x and z are not modelled: what they do about the centre is in the trim
@@ -121,10 +133,10 @@ def answer(states: Sequence[str], x: Sequence[complex], inputs: Numbers, terms: 
     moment = force * np.array([body.span * c["C_l"], body.chord * c["C_m"], body.span * c["C_n"]])
     if "q" in states:
         moment = moment + np.array([0.0, thrust * body.arm, 0.0])
-    moment = moment - np.cross(centre, total)
+    moment = moment - cross(centre, total)
     i_xx, i_yy, i_zz, i_xz = body.inertia
     tensor = np.array([[i_xx, 0.0, -i_xz], [0.0, i_yy, 0.0], [-i_xz, 0.0, i_zz]])
-    left = moment - np.cross(omega, tensor @ omega)
+    left = moment - cross(omega, tensor @ omega)
     spin = np.zeros(3, dtype=complex)
     if "p" in states:
         spin[[0, 2]] = np.linalg.solve(tensor[np.ix_([0, 2], [0, 2])], left[[0, 2]])
@@ -138,22 +150,25 @@ def answer(states: Sequence[str], x: Sequence[complex], inputs: Numbers, terms: 
         ]
     ) @ omega  # fmt: skip
     whole = dict(zip("uvw", accelerated, strict=True)) | dict(zip("pqr", spin, strict=True))
-    whole |= dict(zip(("phi", "theta", "psi"), euler, strict=True)) | {"h": -(rotation(z) @ velocity)[2]}
+    whole |= dict(zip(("phi", "theta", "psi"), euler, strict=True)) | {"h": -(turned @ velocity)[2]}
     here = dict(zip(states, x, strict=True))
-    seen = {name: here.get(name, 0.0) for name in ("p", "q", "r", "phi", "theta", "psi", "h")}
-    seen |= {"V": speed, **{f"{name}_dot": whole[name] for name in "pqr"}}
 
     def place(name: str) -> NDArray[np.complex128]:
         return np.array(body.positions.get(name, (0.0, 0.0, 0.0))) - centre
 
-    vane = np.array([u, v, w]) + np.cross(omega, place("alpha"))
-    seen["alpha"] = arctan2(vane[2], vane[0])
-    at = place("beta")
-    seen["beta"] = beta + (at[0] * z["r"] - at[2] * z["p"]) / speed
-    for axis, name in enumerate(("a_x", "a_y", "a_z")):
-        at = place(name)
-        seen[name] = (total / mass + np.cross(spin, at) + np.cross(omega, np.cross(omega, at)))[axis]
-    return Answer(np.array([whole[name] for name in states]), seen)
+    def sensors() -> dict[str, complex]:
+        seen = {name: here.get(name, 0.0) for name in ("p", "q", "r", "phi", "theta", "psi", "h")}
+        seen |= {"V": speed, **{f"{name}_dot": whole[name] for name in "pqr"}}
+        vane = np.array([u, v, w]) + cross(omega, place("alpha"))
+        seen["alpha"] = arctan2(vane[2], vane[0])
+        at = place("beta")
+        seen["beta"] = beta + (at[0] * z["r"] - at[2] * z["p"]) / speed
+        for axis, name in enumerate(("a_x", "a_y", "a_z")):
+            at = place(name)
+            seen[name] = (total / mass + cross(spin, at) + cross(omega, cross(omega, at)))[axis]
+        return seen
+
+    return Answer(np.array([whole[name] for name in states]), sensors)
 
 
 def slopes(

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
+from functools import cache
 
 
 def term_by_tree(text: str, values: Mapping[str, float]) -> float:
     """Value of the product that the text says, `^` being a power."""
-    return _value(ast.parse(text.replace("^", "**").strip(), mode="eval").body, values)
+    return _value(_tree(text), values)
+
+
+@cache
+def _tree(text: str) -> ast.expr:
+    """Read once: a simulation asks for the same few terms at every step."""
+    return ast.parse(text.replace("^", "**").strip(), mode="eval").body
 
 
 def _value(node: ast.expr, values: Mapping[str, float]) -> float:

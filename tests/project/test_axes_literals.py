@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ FORBIDDEN = {
 }
 
 
+@cache
 def code_of(path: Path) -> list[tuple[int, str]]:
     """Lines with their numbers, without comments and docstrings."""
     source = path.read_text(encoding="utf-8")

@@ -187,7 +187,7 @@ def test_false_alarms_are_at_most_two_in_a_hundred() -> None:
     assert len(alarms) <= 2
 
 
-@pytest.mark.parametrize("number", [30, 44, 75])
+@pytest.mark.parametrize("number", [75, *(pytest.param(n, marks=pytest.mark.slow) for n in (30, 44))])
 def test_d_in_coloured_noise_is_not_named_as_an_accelerometer_error(number: int) -> None:
     """Flights without a missing effect on which an accelerometer error was named, whose noise d(t) had taken in."""
     trial = drawn(number, 9101)
