@@ -60,9 +60,10 @@ def fit_competing_structures(
 
     Notes
     -----
-    All fits make one step in turn, distributed over the cores. After two, or after one from a known likelihood, a fit
-    is terminated where even several times the decrease predicted by its linearisation would leave it above the level.
-    With a given level the fits are independent, and each is completed at once.
+    All fits make one step in turn, distributed over the cores. After two, or after one from a known likelihood or one
+    that decreased -2 ln L as far as it was predicted to, a fit is terminated where even several times the decrease
+    predicted by its linearisation would leave it above the level. With a given level the fits are independent, and each
+    is completed at once.
     """
     if level is not None and len(starts) > 1:
 
@@ -87,13 +88,17 @@ def fit_competing_structures(
         return levenberg_marquardt_step(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
 
     for turn in range(settings.steps):
+        as_predicted = set()
         for n, better in zip(active, mapped_in_threads(stepped, active), strict=True):
             converged[n] = better is None or better[1]
             if better is not None:
+                # With a given level, since among themselves fits are compared when most of them are near their maximum.
+                if turn == 0 and level is not None and _is_as_predicted(likelihoods[n], points[n], better[0]):
+                    as_predicted.add(n)
                 points[n], _, dampings[n] = better
         active = [n for n in active if not converged[n]]
         # A fit that started at the maximum predicted by another's linearisation is near its own after a single step.
-        compared = [n for n in active if turn > 0 or (near and starts[n].point is not None)]
+        compared = [n for n in active if turn > 0 or n in as_predicted or (near and starts[n].point is not None)]
         if not compared:
             continue
         reached = level
@@ -125,6 +130,11 @@ def _not_simulated(likelihood: Likelihood, start: Start) -> Refinement:
         information=np.zeros((count, count)),
         converged=False,
     )
+
+
+def _is_as_predicted(likelihood: Likelihood, before: Point, after: Point) -> bool:
+    """Whether a step decreased -2 ln L nearly as far as its linearisation predicted, which then holds around it too."""
+    return before.cost - after.cost >= COMPETING_FITS.as_predicted * predicted_decrease(likelihood, before)
 
 
 class EvaluatedStart(NamedTuple):

@@ -125,10 +125,14 @@ class CompetingFitSettings:
         that would become the best. Chosen.
     leading_steps : int
         Steps at each noise factor of the continuation, whose next factor continues the fit anyway.
+    as_predicted : float
+        Fraction of the predicted decrease, 1, from which the linearisation is taken to hold over a first step: what is
+        predicted after it is then within `most_of_promise`, as after a second one. Chosen.
     """
 
     most_of_promise: float = 3.0
     leading_steps: int = 20
+    as_predicted: float = 0.9
 
 
 COMPETING_FITS = CompetingFitSettings()
