@@ -223,6 +223,21 @@ def test_competing_fits_converge_like_single_fits(two_flights: tuple[Aerodynamic
     assert not all(each.converged for each in together)
 
 
+def test_a_fit_whose_first_step_went_as_predicted_is_given_up_after_it_where_it_cannot_win(
+    two_flights: tuple[AerodynamicModel, list[Manoeuvre]],
+) -> None:
+    model, manoeuvres = two_flights
+    settings = RefinementSettings(cost_tolerance=1e-6, step_tolerance=1e-6)
+    start = Start(disturbed(model, 0.01), model.entries)
+    single = refine(start.model, manoeuvres, start.free, settings=replace(settings, steps=1, rounds=1))
+    whole = refine(start.model, manoeuvres, start.free, settings=settings)
+    (lost,) = fit_competing_structures([start], manoeuvres, settings, [0.0], whole.cost - 1e4)
+    assert not lost.converged
+    assert lost.cost == single.cost > whole.cost
+    (kept,) = fit_competing_structures([start], manoeuvres, settings, [0.0], whole.cost - 1e-3)
+    assert kept.cost == pytest.approx(whole.cost, abs=0.01)
+
+
 @pytest.mark.parametrize("level", [None, 1e6])
 def test_competing_fits_on_two_cores_equal_those_on_one_bit_for_bit(
     two_flights: tuple[AerodynamicModel, list[Manoeuvre]], level: float | None
