@@ -173,6 +173,10 @@ def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
         if "lines" in element.classes:
             yield _lines(facts, width)
             return
+        if "terms" in element.classes:
+            words = " ".join(f"<b>{markup(name)}</b>: {markup(value)}" for name, value in facts)
+            yield Paragraph(words, style(_QUIET, after=3.0))
+            return
         words = ", ".join(f"<b>{markup(name)}</b> {markup(value)}" for name, value in facts)
         yield Paragraph(words, style(_TEXT, after=3.0))
     elif element.tag == "table":

@@ -24,7 +24,7 @@ from aerosid.reporting.paper.typeface import colours, registered, style
 _PICTURE = re.compile(r'<svg [^>]*role="img".*?</svg>', re.DOTALL)
 """The page's figures, drawn again for paper."""
 
-_SIDE, _TOP, _FOOT = 15.0 * mm, 12.0 * mm, 16.0 * mm
+_SIDE, _TOP, _FOOT = 15.0 * mm, 10.0 * mm, 14.0 * mm
 
 
 def report_pdf(result: ClosedLoop, report: Report) -> bytes:

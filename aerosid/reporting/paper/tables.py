@@ -78,6 +78,8 @@ def table(element: Element, width: float) -> Table:
         ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
         ("TOPPADDING", (0, 0), (-1, -1), 0.5),
         ("BOTTOMPADDING", (0, 0), (-1, -1), 1.2),
+        ("FONTSIZE", (0, 0), (-1, -1), _HASH_SIZE),  # of an empty cell, which is as high as a line of its type
+        ("LEADING", (0, 0), (-1, -1), _HASH_SIZE),
     ]
     for i, row in ((i, row) for i, line in enumerate(lines) for row in line):
         last = row.first + columns - 1

@@ -72,7 +72,7 @@ def style(
         "text",
         fontName=name,
         fontSize=size,
-        leading=1.3 * size,
+        leading=1.25 * size,
         textColor=colours()[colour],
         alignment=TA_RIGHT if right else TA_LEFT,
         leftIndent=indent,
