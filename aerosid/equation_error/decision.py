@@ -201,7 +201,7 @@ def decide(
         delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
-        uncertain_scales=tuple(omitted.scales),
+        uncertain_scales=omitted.scales,
     )
 
 

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 FACTORS = 2.0 ** np.linspace(0.0, 5.0, 21)
 """Numerical: factors at which the likeliest is looked for, in quarters of an octave; beyond 32 a file says nothing."""
+_LOGARITHMS = np.log(FACTORS)
 
 
 @dataclass(frozen=True)
@@ -83,5 +84,5 @@ class DeclaredUnknowns:
         distances = np.abs(estimates[self.places] - self.values)[shown] / widened
         near = np.minimum(distances, self.tail)
         losses = near * (distances - 0.5 * near) + np.log(widened / widened[0])
-        prior = 0.5 * (np.log(FACTORS) / self.misjudged) ** 2
+        prior = 0.5 * (_LOGARITHMS / self.misjudged) ** 2
         return float(np.min(losses.sum(axis=1) + prior))

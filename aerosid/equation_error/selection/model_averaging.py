@@ -42,16 +42,16 @@ class OmittedEffects:
 
     Attributes
     ----------
-    near_significant : sequence of NearSignificant
+    near_significant : tuple of NearSignificant
         Near-significant effects.
-    scales : sequence of ActiveEffect
+    scales : tuple of ActiveEffect
         Scale factor errors of vanes at their posterior root-mean-square size; they are not counted as near-significant.
     identified : int
         Number of instrument errors identified by kinematics, the first of the point's effects.
     """
 
-    near_significant: Sequence[NearSignificant] = ()
-    scales: Sequence[ActiveEffect] = ()
+    near_significant: tuple[NearSignificant, ...] = ()
+    scales: tuple[ActiveEffect, ...] = ()
     identified: int = 0
 
     def probable(self, believed: float) -> list[NearSignificant]:

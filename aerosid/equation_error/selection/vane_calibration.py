@@ -61,7 +61,7 @@ def _at_posterior_size(identified: SelectedStructure, hypothesis: Hypothesis) ->
     assert active is not None
     null = active.effect.parameters[0].null
     prior = base.problem.settings.vane_scale**2
-    variance = prior * error**2 / (prior + error**2) if error < float("inf") else prior
-    mean = (value - null) * prior / (prior + error**2) if error < float("inf") else 0.0
+    share = prior / (prior + error**2)  # of the kinematic estimate; none where they do not determine it
+    mean, variance = share * (value - null), (1.0 - share) * prior
     size = (mean**2 + variance) ** 0.5
     return frozen(replace(active, values=(null + (size if mean >= 0.0 else -size), *active.values[1:])))
