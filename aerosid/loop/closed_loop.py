@@ -26,7 +26,7 @@ from aerosid.loop.identification import Identification, identify
 from aerosid.loop.insignificant_derivatives import Completion, fix_insignificant, note_on_failed_re_estimation
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
-from aerosid.loop.model_validation.leave_one_out import Gains, prediction_gains
+from aerosid.loop.model_validation.leave_one_out import prediction_gains
 from aerosid.loop.model_validation.open_loop_errors import compare
 from aerosid.loop.model_validation.predictions import PredictionRow, prediction_rows
 from aerosid.loop.next_flight.plan import plan_next_flight
@@ -160,7 +160,8 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     shares = {(row.log, row.coefficient): row for row in completed.r_squared}
     measured = {(row.log, row.coefficient) for row in coefficients}
     progress("computing the error without each effect")
-    effects = effect_rows(completed, {}, *_gains(known))
+    gains = prediction_gains(completed, known.search, identified.validation, identified.hold_out)
+    effects = effect_rows(completed, {}, *gains)
     rows = known.rows(None)
     summary = summarise(known.verdict, effects, tuple(errors))
     patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft)
@@ -195,15 +196,6 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         provenance=provenance,
         settings=settings,
         decided_by=known.identified.decided_by,
-    )
-
-
-def _gains(known: _Judged) -> tuple[Gains, Gains]:
-    """Change in prediction error due to each effect alone, on validation and hold-out flights."""
-    completed, search = known.completion.found, known.search
-    return (
-        prediction_gains(completed, search, known.identified.validation),
-        prediction_gains(completed, search, known.identified.hold_out),
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,8 @@ from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
@@ -78,7 +80,23 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
             CoefficientRow(after.coefficient, after.recording, before.r2, after.r2)
             for before, after in decision.coefficient_fits
         ),
+        re_estimator=partial(_re_estimated, decision=decision, manoeuvres=manoeuvres),
     )
+
+
+def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+    """The regression of a structure with fewer parts, instrument errors held, with the initial states it needs."""
+    completed = decision.completed
+    identified = len(decision.kinematic_estimate.point.effects)
+    effects = tuple(
+        frozen(active) if n < identified else active
+        for n, active in enumerate(completed.point.effects)
+        if _simulated([active])[0] in start.effects
+    )
+    point = Point(start.model, start.free, effects)
+    found = maximise_likelihood(completed.problem, point).point
+    held = tuple(map(frozen, found.effects))
+    return with_initial_states(found.model, (), held, manoeuvres)
 
 
 def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:

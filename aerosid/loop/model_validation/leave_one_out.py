@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from aerosid.compiled.cores import mapped
 from aerosid.errors import EstimationError
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -17,6 +18,11 @@ from aerosid.search.structure_search import StructureSearch
 
 Gains = Mapping[tuple[str, str, str, float | None], float | None]
 
+_Errors = Mapping[tuple[int, str], float | None]
+
+WORTH_A_COPY = 0.1
+"""Numerical: seconds of work from which a copy of the process is worth its start."""
+
 
 def identity(row: Finding | Part) -> tuple[str, str, str, float | None]:
     """Kind, place, term and time: the key that identifies a finding with its part."""
@@ -24,7 +30,7 @@ def identity(row: Finding | Part) -> tuple[str, str, str, float | None]:
     return kind, where, term, row.time
 
 
-def prediction_gains(found: Attribution, search: StructureSearch, flights: Sequence[Manoeuvre]) -> Gains:
+def prediction_gains(found: Attribution, search: StructureSearch, *unseen: Sequence[Manoeuvre]) -> tuple[Gains, ...]:
     """For each effect, error without it over error with it, on flights that were not fitted; median over channels.
 
     Parameters
@@ -33,33 +39,55 @@ def prediction_gains(found: Attribution, search: StructureSearch, flights: Seque
         The completed model.
     search : StructureSearch
         The flights that were fitted.
-    flights : sequence of Manoeuvre
-        Those to predict; none: no gains.
+    unseen : sequence of Manoeuvre
+        Those to predict, group by group; none: no gains.
+
+    Returns
+    -------
+    tuple of mapping
+        The gains on each group.
 
     Notes
     -----
-    The effect is removed, everything else re-estimated on the fitted flights, and the others simulated in open loop
-    from initial states of their own. A step change of a fitted flight does not act on another: its gain is the bias of
-    the derivatives that it avoids. None where a simulation leaves its range or the estimation without it fails.
+    The effect is removed, everything else re-estimated on the fitted flights by the estimator that the values are from,
+    and the others simulated in open loop from initial states of their own. A step change of a fitted flight does not
+    act on another: its gain is the bias of the derivatives that it avoids. None where a simulation leaves its range or
+    the estimation without it fails.
     """
-    if not flights or not found.findings:
-        return {}
-    complete = _errors(found.completed, flights)
-    gains: dict[tuple[str, str, str, float | None], float | None] = {}
-    for part in search.parts(found.completed, None):
+    if not any(unseen) or not found.findings:
+        return tuple({} for _ in unseen)
+    complete = [_errors(found.completed, flights) for flights in unseen]
+    parts = search.parts(found.completed, None)
+
+    def gains_of(part: Part) -> list[float | None]:
         try:
-            lacking = refine_on(search.reduced_structure(found.completed, [part]), search.manoeuvres, WRONG_STRUCTURE)
-            without = _errors(lacking, flights)
+            lacking = _re_estimated(found, search.reduced_structure(found.completed, [part]), search)
+            return [_gain(errors, _errors(lacking, flights)) for errors, flights in zip(complete, unseen, strict=True)]
         except EstimationError:
-            gains[identity(part)] = None
-            continue
-        pairs = [(without[key], error) for key, error in complete.items()]
-        ratios = [worse / error for worse, error in pairs if worse is not None and error is not None and error > 0.0]
-        gains[identity(part)] = float(np.median(ratios)) if ratios else None
-    return gains
+            return [None] * len(unseen)
+
+    rows = mapped(gains_of, parts, worth=WORTH_A_COPY)
+    return tuple(
+        {identity(part): row[group] for part, row in zip(parts, rows, strict=True)} if flights else {}
+        for group, flights in enumerate(unseen)
+    )
 
 
-def _errors(at: Refinement, flights: Sequence[Manoeuvre]) -> dict[tuple[int, str], float | None]:
+def _re_estimated(found: Attribution, lacking: Refinement, search: StructureSearch) -> Refinement:
+    """A reduced structure re-estimated; in open loop a regression's values would become those of the turbulence."""
+    if found.regressed:
+        return found.re_estimated(lacking, search.manoeuvres)
+    return refine_on(lacking, search.manoeuvres, WRONG_STRUCTURE)
+
+
+def _gain(complete: _Errors, lacking: _Errors) -> float | None:
+    """Median over flights and channels of the error without an effect over that with it."""
+    pairs = [(lacking[key], error) for key, error in complete.items()]
+    ratios = [worse / error for worse, error in pairs if worse is not None and error is not None and error > 0.0]
+    return float(np.median(ratios)) if ratios else None
+
+
+def _errors(at: Refinement, flights: Sequence[Manoeuvre]) -> _Errors:
     """Root-mean-square error by flight and channel."""
     return {
         (n, channel): error
