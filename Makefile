@@ -14,7 +14,7 @@ $(READY): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	-$(BIN)/python -m compileall -q aerosid  # as pip does with what it installs; an editable install leaves it out
-	-$(BIN)/aerosid warm-up
+	-$(BIN)/aerosid warm-up --sample
 	@touch $@
 
 demo: $(READY)

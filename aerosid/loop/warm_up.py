@@ -1,16 +1,19 @@
-"""Ahead-of-time compilation: every kernel that close-loop needs called once on a sample flight, over all cores.
+"""Ahead-of-time compilation: every kernel that close-loop needs called once on bundled flights, over all cores.
 
-Each task calls the kernels of one part of the loop; the whole loop, which comes last, finds nearly all of them done.
+Each task calls the kernels of one part of the loop; whole loops come last, and find nearly all of them done. Kernels
+are compiled for the axes of a case: those of lateral and six-axis models are others.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
+
+import numpy as np
 
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.aircraft.bundled import bundled_folder
@@ -23,19 +26,24 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.motion_loop import added_along
 from aerosid.estimation.open_loop import respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.axes import LATERAL
 from aerosid.flight_model.linear_model import linearise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.flying_qualities.linear_analysis import condition_of
+from aerosid.loop.settings import USUAL
 from aerosid.model_error.aircraft_error.force_history import smoothed_histories
 from aerosid.model_error.paper_chain.chain import run_chain
 from aerosid.model_error.paper_chain.coefficient_match import explained_shares
 
 _AIRCRAFT = "light_transport"
 _FLIGHTS = ("light_transport_doublet.csv", "light_transport_3211.csv")
+_SIX_AXES = "navion"
+_SIX_AXIS_FLIGHTS = ("navion_identify.csv", "navion_validate.csv")
 _ONCE = RefinementSettings(steps=2, rounds=1)
 
 
@@ -51,8 +59,21 @@ class _Sample:
 
 
 def _sample() -> _Sample:
-    aircraft = load_aircraft(_AIRCRAFT)
-    logs = tuple(read_log(bundled_folder("flight_data") / name) for name in _FLIGHTS)
+    return _sample_of(load_aircraft(_AIRCRAFT), _FLIGHTS)
+
+
+def _six_axes() -> _Sample:
+    return _sample_of(load_aircraft(_SIX_AXES), _SIX_AXIS_FLIGHTS)
+
+
+def _lateral() -> _Sample:
+    whole = load_aircraft(_SIX_AXES)
+    own = tuple(each for each in whole.derivatives if each.coefficient in LATERAL.coefficients)
+    return _sample_of(replace(whole, axes=LATERAL, derivatives=own), _SIX_AXIS_FLIGHTS)
+
+
+def _sample_of(aircraft: Aircraft, flights: Sequence[str]) -> _Sample:
+    logs = tuple(read_log(bundled_folder("flight_data") / name) for name in flights)
     model = declared_model(aircraft, float(logs[0]["V"].mean()), [])
     free = tuple((d.coefficient, d.term) for d in aircraft.derivatives)
     return _Sample(aircraft, logs, prepare(logs[0], aircraft, model.columns), model, free)
@@ -71,10 +92,12 @@ def _model_error(sample: _Sample) -> None:
 
 
 def _motion_feedback(sample: _Sample) -> None:
-    _, lift, _ = sample.aircraft.coefficients
-    effect = flow_separation(0.1, lift, ())
-    effects = [ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))]
-    refine(with_columns_of(sample.model, effects), [sample.manoeuvre], sample.free, effects=effects, settings=_ONCE)
+    effect = flow_separation(0.1, sample.aircraft.coefficients[1], ())
+    (active,) = effects = [ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))]
+    model, manoeuvre = with_columns_of(sample.model, effects), sample.manoeuvre
+    refine(model, [manoeuvre], sample.free, effects=effects, settings=_ONCE)
+    states = np.tile(manoeuvre.first_state, (manoeuvre.flight.time.size, 1))
+    added_along(active, model, manoeuvre.flight, model.values, states, manoeuvre.ground)
 
 
 def _instruments(sample: _Sample) -> None:
@@ -92,15 +115,41 @@ def _whole_loop(sample: _Sample) -> None:
     close_loop(sample.logs[:1], sample.aircraft, sample.logs[1:])
 
 
-TASKS: dict[str, Callable[[_Sample], None]] = {
-    "maximum likelihood": _fit_and_smooth,
-    "model error d(t)": _model_error,
-    "effects with a state": _motion_feedback,
-    "instruments": _instruments,
-    "simulation": _simulation,
-    "the whole loop": _whole_loop,
+def _equations(sample: _Sample) -> None:
+    close_loop(sample.logs[:1], sample.aircraft, sample.logs[1:], replace(USUAL, method="equations"))
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One part of the loop, and the flight that it is called on."""
+
+    call: Callable[[_Sample], None]
+    sample: Callable[[], _Sample] = _sample
+
+
+SAMPLE_TASKS: dict[str, _Task] = {
+    "maximum likelihood": _Task(_fit_and_smooth),
+    "model error d(t)": _Task(_model_error),
+    "effects with a state": _Task(_motion_feedback),
+    "instruments": _Task(_instruments),
+    "simulation": _Task(_simulation),
+    "the whole loop": _Task(_whole_loop),
 }
-"""Parts of the loop, those that compile longest first; the order is that in which they are begun."""
+"""Parts of the loop on the longitudinal sample flights, in the order in which they are begun: those that compile
+longest come first."""
+
+TASKS: dict[str, _Task] = {
+    "six axes, maximum likelihood": _Task(_fit_and_smooth, _six_axes),
+    "lateral axes, maximum likelihood": _Task(_fit_and_smooth, _lateral),
+    **SAMPLE_TASKS,
+    "six axes, effects with a state": _Task(_motion_feedback, _six_axes),
+    "six axes, model error d(t)": _Task(_model_error, _six_axes),
+    "lateral axes, model error d(t)": _Task(_model_error, _lateral),
+    "kinematic and coefficient equations": _Task(_equations),
+    "six axes, the whole loop": _Task(_whole_loop, _six_axes),
+    "lateral axes, the whole loop": _Task(_whole_loop, _lateral),
+}
+"""All parts, in the order in which they are begun."""
 
 
 @dataclass(frozen=True)
@@ -125,20 +174,22 @@ class Prepared:
 def prepare_part(part: str) -> Prepared:
     """Calls the kernels of one part of the loop, so that those which are not on disk are compiled."""
     kernels: list[str] = []
-    start = time.perf_counter()
+    task, start = TASKS[part], time.perf_counter()
     with compilation_announced(kernels.append):
-        TASKS[part](_sample())
+        task.call(task.sample())
     return Prepared(part, tuple(kernels), time.perf_counter() - start)
 
 
-def prepare_kernels(workers: int | None = None) -> Iterator[Prepared]:
+def prepare_kernels(workers: int | None = None, parts: Iterable[str] = TASKS) -> Iterator[Prepared]:
     """Compiles what close-loop calls, one part of the loop after the other, as they are done.
 
     Parameters
     ----------
+    parts : iterable of str
+        Keys of `TASKS`.
     workers : int, optional
         Processes; by default one for each core. Two of them never compile the same kernel.
     """
     with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(prepare_part, part) for part in TASKS]):
+        for done in as_completed([pool.submit(prepare_part, part) for part in parts]):
             yield done.result()
