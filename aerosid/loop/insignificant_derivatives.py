@@ -97,7 +97,8 @@ def _contradicted_by_effects(
 ) -> tuple[Entry, ...]:
     """Insignificant derivatives whose declared values the records contradict in the presence of identified effects.
 
-    Jointly for each coefficient, by a chi-square test at the probability of the threshold of a named parameter.
+    Jointly for each coefficient, by a chi-square test at the probability of the threshold of a named parameter. What is
+    furthest from its declared value is released first: the others may agree with theirs once it is estimated.
     """
     beside = found.completed_deviations.beside_effects
     if beside is None:
@@ -108,11 +109,14 @@ def _contradicted_by_effects(
     contradicted: list[Entry] = []
     for coefficient in dict.fromkeys(entry[0] for entry in hidden):
         own = [entry for entry in hidden if entry[0] == coefficient]
-        places = [free.index(entry) for entry in own]
-        away = np.array([declared[entry] - model.value(entry) for entry in own])
-        distance = float(away @ np.linalg.pinv(beside[np.ix_(places, places)], rcond=1e-12, hermitian=True) @ away)
-        if chdtrc(len(own), distance) < odds:
-            contradicted += own
+        while own:
+            places = [free.index(entry) for entry in own]
+            away = np.array([declared[entry] - model.value(entry) for entry in own])
+            covariance = beside[np.ix_(places, places)]
+            distance = float(away @ np.linalg.pinv(covariance, rcond=1e-12, hermitian=True) @ away)
+            if chdtrc(len(own), distance) >= odds:
+                break
+            contradicted.append(own.pop(int(np.argmax(away**2 / np.diag(covariance)))))
     return tuple(contradicted)
 
 
