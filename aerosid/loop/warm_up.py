@@ -185,10 +185,10 @@ def prepare_kernels(workers: int | None = None, parts: Iterable[str] = TASKS) ->
 
     Parameters
     ----------
-    parts : iterable of str
-        Keys of `TASKS`.
     workers : int, optional
         Processes; by default one for each core. Two of them never compile the same kernel.
+    parts : iterable of str
+        Keys of `TASKS`.
     """
     with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context("spawn")) as pool:
         for done in as_completed([pool.submit(prepare_part, part) for part in parts]):

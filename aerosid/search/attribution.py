@@ -61,7 +61,8 @@ class Attribution:
         Whether the estimate is from a regression (equation error) and not from a simulation: parameters fixed in it
         change the others by their covariance, and no fit to a simulation follows.
     re_estimator : callable or None
-        Where the estimate holds measured values fixed: the same estimator for a structure with fewer parts.
+        Of a regression, and where the estimate holds measured values fixed: the same estimator for a structure with
+        fewer parts.
     in_turbulence : Refinement or None
         Of a regression that reports turbulence: the filter-error estimate of the completed structure, whose innovations
         are tested in place of the residuals of an open-loop simulation.
