@@ -88,10 +88,11 @@ def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuv
     """The regression of a structure with fewer parts, instrument errors held, with the initial states it needs."""
     completed = decision.completed
     identified = len(decision.kinematic_estimate.point.effects)
+    acting = completed.point.effects
     effects = tuple(
         frozen(active) if n < identified else active
-        for n, active in enumerate(completed.point.effects)
-        if _simulated([active])[0] in start.effects
+        for n, (active, simulated) in enumerate(zip(acting, _simulated(acting), strict=True))
+        if simulated in start.effects
     )
     point = Point(start.model, start.free, effects)
     found = maximise_likelihood(completed.problem, point).point
