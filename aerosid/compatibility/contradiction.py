@@ -18,7 +18,7 @@ from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
 from aerosid.compatibility.remedies import AIRSPEED, FACTORS, OFFSETS
 from aerosid.compatibility.settings import ContradictionSettings
-from aerosid.compatibility.window_fit import fit_windows
+from aerosid.compatibility.window_fit import FIRST_ROUND, QUICK, WindowFitSettings, fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
@@ -97,11 +97,7 @@ def contradictions(
             continue
         if contradicting or suspect:
             # A time delay, lag or scale factor error of an instrument is no contradiction.
-            tolerant = _misfits_with_instrument_errors(windows, settings, contradicting or suspect)
-            contradicting, suspect = (
-                _contradicting_outputs(windows, settings, tolerant),
-                _suspect_outputs(windows, settings, tolerant),
-            )
+            contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, contradicting or suspect)
         if contradicting or suspect:
             diagnosed = _diagnosed(windows, settings, misfits, contradicting, suspect)
             if diagnosed is not None:
@@ -122,7 +118,9 @@ def _airspeed_unit(
     def of_air(factor: float) -> tuple[float, bool]:
         """Misfit of alpha and V with another airspeed, and whether all channels agree then."""
         changed = _with_channel(windows, "V", factor * windows.channel("V"))
-        after = _misfits(changed, settings)
+        after = _misfits_if_near(changed, settings)
+        if after is None:
+            return np.inf, False
         in_air = max(after[name][0] for name in AIR if name in after)
         enough = settings.doubtful if in_air * settings.falls < before else settings.vanishes
         remaining = max(fraction for fraction, _ in after.values())
@@ -160,17 +158,18 @@ def _misfits(
     settings: ContradictionSettings,
     instrument_errors: Sequence[ActiveEffect] = (),
     outputs: Sequence[str] = OBSERVED,
+    fit: WindowFitSettings = QUICK,
 ) -> dict[str, tuple[float, float]]:
     """Unexplained fraction of each output's variation, and the misfit itself (SI), with free biases.
 
-    `instrument_errors`: others that are free too, with start values.
+    `instrument_errors`: others that are free too, with start values; `fit`: settings of the fit.
     """
     left_out = [OBSERVED.index(name) for name in OBSERVED if name not in outputs]
     compared = windows.compared.copy()
     compared[:, left_out] = False
     windows = replace(windows, compared=compared)
     with np.errstate(all="ignore"):
-        fitted = fit_windows(windows, [*instrument_errors, *_biases(windows, settings)])
+        fitted = fit_windows(windows, [*instrument_errors, *_biases(windows, settings)], fit)
     result = {}
     for name in windows.outputs:
         i = OBSERVED.index(name)
@@ -186,6 +185,15 @@ def _misfits(
         misfit = misfit if np.isfinite(misfit) else np.inf
         result[name] = (misfit / float(np.sqrt(max(variation, 1e-300) / max(count, 1))), misfit)
     return result
+
+
+def _misfits_if_near(changed: Recording, settings: ContradictionSettings) -> dict[str, tuple[float, float]] | None:
+    """The misfits of a recording with a remedy; None where it is hopeless after the fit's first round.
+
+    Most remedies are: with the right one the noise's variances, which later rounds estimate, hardly matter.
+    """
+    first = _misfits(changed, settings, fit=FIRST_ROUND)
+    return _misfits(changed, settings) if max(fraction for fraction, _ in first.values()) < settings.hopeless else None
 
 
 def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveEffect]:
@@ -208,26 +216,37 @@ def _limited(effect: OutputEffect, reach: float, start: float | None = None) -> 
     return ActiveEffect(replace(effect, parameters=(bound,)), (parameter.null if start is None else start,))
 
 
-def _misfits_with_instrument_errors(
-    windows: Recording, settings: ContradictionSettings, suspects: Sequence[str]
-) -> dict[str, tuple[float, float]]:
-    """Least misfits with time delay, lag and scale factor error of the suspects or of their driving inputs free."""
-    best = _misfits(windows, settings)
+def _left_by_instrument_errors(
+    windows: Recording,
+    settings: ContradictionSettings,
+    misfits: dict[str, tuple[float, float]],
+    suspects: Sequence[str],
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Outputs that contradict, and suspect ones, with time delay, lag and scale factor error free.
+
+    Those of the suspects or of their driving inputs; the misfits are the least of the suspects, or the first that leave
+    nothing. `misfits`: without these errors.
+    """
+    best = misfits
     driving = [DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY]
-    for made, start in ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2)):
-        for channels in (suspects, driving):
-            instrument_errors = [
-                active
-                for name in channels
-                for active in (
-                    _limited(made(name), settings.latest, start),
-                    _limited(sensor_scale(name), settings.largest_scale),
-                )
-            ]
-            found = _misfits(windows, settings, instrument_errors)
-            if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
-                best = found
-    return best
+    for (made, start), channels in itertools.product(
+        ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2)), (suspects, driving)
+    ):
+        instrument_errors = [
+            active
+            for name in channels
+            for active in (
+                _limited(made(name), settings.latest, start),
+                _limited(sensor_scale(name), settings.largest_scale),
+            )
+        ]
+        found = _misfits(windows, settings, instrument_errors)
+        left = _contradicting_outputs(windows, settings, found), _suspect_outputs(windows, settings, found)
+        if not any(left):
+            return left
+        if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
+            best = found
+    return _contradicting_outputs(windows, settings, best), _suspect_outputs(windows, settings, best)
 
 
 def _contradicting_outputs(
@@ -273,7 +292,9 @@ def _diagnosed(
     enough = settings.agrees if contradicting else settings.vanishes
     best: tuple[float, str, str] | None = None
     for channel, remedy, changed in _remedies(windows, channels, settings):
-        after = _misfits(changed, settings)
+        after = _misfits_if_near(changed, settings)
+        if after is None:
+            continue
         remaining = max(after[name][0] for name in {*suspects, inconsistent} if name in after)
         if (
             remaining < enough

@@ -34,6 +34,11 @@ class ContradictionSettings:
         Unexplained fraction, 1, below which a channel agrees.
     doubtful, vanishes : float
         Unexplained fraction, 1, from which a channel contradicts if a remedy reduces it below the second.
+    hopeless : float
+        Unexplained fraction of a channel's variation, 1, with a remedy after the first round of its fit, from which it
+        is not fitted further: twice `doubtful`. With the right unit of airspeed the first round differed from the last
+        by less than a tenth wherever that agreed, with a wrong one 19 in 20 were above (flights of
+        benchmarks/field_detection.py, seed 300).
     falls : float
         Factor, 1, by which the misfit of alpha and V must fall with another unit of airspeed where gusts remain: nine
         tenths of its square. Chosen.
@@ -65,6 +70,7 @@ class ContradictionSettings:
     agrees: float = 0.3
     doubtful: float = 0.4
     vanishes: float = 0.12
+    hopeless: float = 0.8
     falls: float = 3.0
     beside: float = 0.1
     clearly: float = 0.7

@@ -44,7 +44,10 @@ class WindowFitSettings:
 
 
 QUICK = WindowFitSettings()
-"""The settings of every fit."""
+"""The settings of a fit."""
+
+FIRST_ROUND = WindowFitSettings(rounds=1)
+"""Those of a fit that is to tell whether more is worth while."""
 
 
 @dataclass(frozen=True)
