@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from equations_decided import decided, identified
 
 from aerosid.compiled.cores import on_cores
-from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.estimate import CLOSE, estimate, maximise_likelihood
 from aerosid.equation_error.selection.structure import STEPS, deletions, point_without, structure_without
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -26,8 +27,11 @@ def test_deletion_matches_a_separate_estimate() -> None:
     with on_cores(2):
         rest = deletions(replace(selected, cache={}), selected.chosen, with_columns=True)
     for peak, each in zip(rest, selected.chosen, strict=True):
-        alone = estimate(found.problem, point_without(found.point, each), found.solution.weights, STEPS)
+        point, weights = point_without(found.point, each), found.solution.weights
+        alone = maximise_likelihood(found.problem, point, weights, STEPS, near=found).estimate
         assert peak.log_likelihood == alone.log_likelihood
+        unaided = estimate(found.problem, point, weights, STEPS)
+        assert peak.log_likelihood == pytest.approx(unaided.log_likelihood, abs=CLOSE)
         assert peak.estimate.solution.covariance.tobytes() == alone.solution.covariance.tobytes()
         assert structure_without(selected, each).estimate.solution.values.tobytes() == alone.solution.values.tobytes()
 

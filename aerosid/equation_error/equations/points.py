@@ -161,12 +161,24 @@ class Equations:
                 segments.extend(self._coefficients(n, point, recording, motion))
         return segments
 
-    def residuals(self, point: Point, values: Mapping[Unknown, float]) -> Array:
-        """Residuals (R,) of the coefficient equations alone for given values of the terms; no column is computed."""
+    def residuals(
+        self, point: Point, values: Mapping[Unknown, float], log: str = "", elsewhere: Array | None = None
+    ) -> Array:
+        """Residuals (R,) of the coefficient equations alone for given values of the terms; no column is computed.
+
+        `log`: the only record whose residuals differ from those `elsewhere`, (R,); by default all.
+        """
         parts: list[Array] = []
+        first = 0
         for n, recording in enumerate(self._recordings):
             if not self._fitted[n]:
                 continue
+            if elsewhere is not None:
+                rows = slice(first, first + recording.time_in_band.size * len(recording.manoeuvre.axes.coefficients))
+                first = rows.stop
+                if log and recording.name != log:
+                    parts.append(elsewhere[rows])
+                    continue
             motion = self._motion(n, recording, point.effects)
             known = {entry: values.get(value_of(entry, n), 0.0) for entry in point.free}
             equations = CoefficientEquations(recording, point.model, point.effects, motion, point.free, known)

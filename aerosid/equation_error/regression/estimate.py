@@ -91,9 +91,14 @@ class RegressionProblem:
     def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:
         return {}
 
-    def residuals(self, point: Point, values: Mapping[Unknown, float]) -> Array:
-        """Residuals (R,) of coefficient equations at a point for given linear unknowns."""
-        return self._equations.residuals(point, values)
+    def residuals(
+        self, point: Point, values: Mapping[Unknown, float], log: str = "", elsewhere: Array | None = None
+    ) -> Array:
+        """Residuals (R,) of coefficient equations at a point for given linear unknowns.
+
+        `log`: the only record whose residuals differ from those `elsewhere`, (R,); by default all.
+        """
+        return self._equations.residuals(point, values, log, elsewhere)
 
 
 @dataclass(frozen=True)
@@ -178,10 +183,19 @@ class Optimum:
         return self.estimate.gain_over(base)
 
 
-def residual_of(problem: RegressionProblem, known: Mapping[Unknown, float], point: Point) -> Array:
-    """Residuals (R,) at a point with values of the linear unknowns."""
+def residual_of(
+    problem: RegressionProblem,
+    known: Mapping[Unknown, float],
+    point: Point,
+    changed: ActiveEffect | None = None,
+    before: Array | None = None,
+) -> Array:
+    """Residuals (R,) at a point with values of the linear unknowns.
+
+    `changed`: the effect in which the point differs from that of the residuals `before`, (R,); by default any.
+    """
     if problem.kinds == COEFFICIENT:
-        return problem.residuals(point, known)
+        return problem.residuals(point, known, changed.log if changed is not None else "", before)
     fresh = problem.design(point)
     chosen = np.array([known.get(unknown, 0.0) for unknown in fresh.unknowns])
     return np.asarray(fresh.target - fresh.columns @ chosen)
@@ -202,9 +216,20 @@ def effect_sensitivities(
         side = active.perturbed(number, parameter.step)
         if side.values[number] == active.values[number]:  # at its upper limit
             side = active.perturbed(number, -parameter.step)
-        moved = residual_of(problem, known, replace(point, effects=_put(point.effects, index, side)))
+        moved = residual_of(problem, known, replace(point, effects=_put(point.effects, index, side)), active, here)
         columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
     return columns
+
+
+def _columns_near(near: Estimate, problem: RegressionProblem, known: Mapping[Unknown, float], point: Point) -> Array:
+    """Sensitivities as of `effect_sensitivities`, those of effects with the same parameters in another estimate its."""
+    own = {id(active): n for n, active in enumerate(near.point.effects)}
+    places = {unknown: p for p, unknown in enumerate(near.design.unknowns)}
+    free = free_parameters(point.effects)
+    found = [places.get(("effect", own.get(id(point.effects[i]), -1), k)) for i, k in free]
+    new = [parameter for parameter, place in zip(free, found, strict=True) if place is None]
+    computed = iter(effect_sensitivities(problem, known, point, new).T if new else ())
+    return np.column_stack([next(computed) if place is None else near.design.columns[:, place] for place in found])
 
 
 def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
@@ -230,6 +255,7 @@ def maximise_likelihood(
     weights: Weights | None = None,
     steps: int = STEPS,
     is_promising: Callable[[Solution], bool] = lambda _predicted: True,
+    near: Estimate | None = None,
 ) -> Optimum:
     """Maximum-likelihood parameters of a structure by Gauss-Newton.
 
@@ -242,14 +268,21 @@ def maximise_likelihood(
     is_promising : callable
         Whether the first-order solution of a step, with all parameters among its unknowns, is of interest; otherwise
         the search ends before the step.
+    near : Estimate, optional
+        Of a structure that differs in an effect or a term: in the first step the other effects have its columns.
     """
     point, design, solution = _regressed(problem, problem.acting(point), weights)
     free = free_parameters(point.effects)
     columns: Array | None = None
+    names: list[Unknown] = [("effect", i, k) for i, k in free]
     for _ in range(steps if free else 0):
-        columns = effect_sensitivities(problem, linear_values(design, solution), point, free)
-        names: list[Unknown] = [("effect", i, k) for i, k in free]
-        wide = design.extended(columns, names)
+        known = linear_values(design, solution)
+        inexact = near is not None
+        step_columns = _columns_near(near, problem, known, point) if near is not None else None
+        if step_columns is None:
+            columns = step_columns = effect_sensitivities(problem, known, point, free)
+        near = None
+        wide = design.extended(step_columns, names)
         full = regress(wide, problem.settings, solution.weights)
         if not is_promising(full):
             break
@@ -257,10 +290,13 @@ def maximise_likelihood(
         step = full.values[linear:]
         moved, design_new, solved = _stepped(problem, point, design, full, free, step)
         if moved is None:
+            if inexact:
+                continue
             break
         gained = solved.log_likelihood - solution.log_likelihood
         point, design, solution, columns = moved, design_new, solved, None
         if abs(gained) < CLOSE and _small(full, linear, step):
+            columns = None if inexact else step_columns  # they hardly change over a step of a tenth of a deviation
             break
     return Optimum(problem, point, design, solution, columns)
 

@@ -305,7 +305,9 @@ class _Replacement:
         def is_promising(predicted: Solution) -> bool:
             return not self._is_far_behind(predicted, hypothesis, self.margin)
 
-        found = maximise_likelihood(self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising)
+        found = maximise_likelihood(
+            self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising, near=self.reduced
+        )
         deficit = self.loss - found.gain_over(self.reduced)
         if not (deficit < self.margin and within_limits(found, hypothesis)):
             return None

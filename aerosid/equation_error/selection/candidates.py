@@ -211,7 +211,7 @@ def effect_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Se
             for number, ends in enumerate(displacement):
                 moved = replace(wide, effects=(*wide.effects[:-1], replace(active, values=ends)))
                 distance = ends[number] - active.values[number]
-                columns.append(-(residual_of(problem, known, moved) - at_base) / distance)
+                columns.append(-(residual_of(problem, known, moved, active, at_base) - at_base) / distance)
             columns_by_trial.append(np.column_stack(columns))
         return columns_by_trial
 

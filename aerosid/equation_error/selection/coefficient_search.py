@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from typing import Any, TypeVar
 
 from aerosid.compiled.cores import NumberSeenByCopies, both
@@ -170,7 +171,8 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
     where its penalised likelihood is clearly higher; where it is clearly lower, later, smaller shifts do not trigger a
     restart. A level shift once found is kept, so that no effect is selected for explaining it.
     """
-    found, problem = _stepwise(search, initial), initial.estimate.problem
+    found, order = _stepwise(search, initial)
+    problem = initial.estimate.problem
     lead = 0.0
     for _ in range(problem.settings.rounds):
         shifted = level_shifts(found.estimate, search.coefficients, search.criterion, problem.settings.most, search.log)
@@ -180,9 +182,10 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
         if lead > problem.settings.clearly:
             found = _continued(search, current)
             continue
-        found, restarted = search.in_parallel(
+        # The longer one here: it has both cores as soon as the other is done.
+        restarted, found = search.in_parallel(
+            functools.partial(_restarted, initial=initial, shifted=current, order=order),
             functools.partial(_continued, found=current),
-            functools.partial(_restarted, initial=initial, shifted=current),
             [problem],
         )
         continued_value, restarted_value = search.penalised_likelihood(found), search.penalised_likelihood(restarted)
@@ -199,11 +202,14 @@ def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedS
     return search.with_replacements(continued, search.hypotheses)
 
 
-def _restarted(search: CoefficientSearch, initial: SelectedStructure, shifted: SelectedStructure) -> SelectedStructure:
-    """The search restarted with the level shifts of another structure."""
+def _restarted(
+    search: CoefficientSearch, initial: SelectedStructure, shifted: SelectedStructure, order: _Order
+) -> SelectedStructure:
+    """The search restarted with the level shifts of another structure, in the order that was better before."""
     point = with_shifts(initial.estimate.point, shifts_of(shifted.estimate))
     restart = SelectedStructure(estimate(initial.estimate.problem, point, initial.estimate.solution.weights), ())
-    return _with_restarted_shifts(search, _stepwise(search, restart))
+    found, _ = _stepwise(search, restart, order)
+    return _with_restarted_shifts(search, found)
 
 
 def _with_restarted_shifts(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
@@ -221,29 +227,45 @@ def _with_restarted_shifts(search: CoefficientSearch, found: SelectedStructure) 
     return found if fewer else max(found, restarted, key=search.penalised_likelihood)
 
 
-def _stepwise(search: CoefficientSearch, initial: SelectedStructure) -> SelectedStructure:
+class _Order(Enum):
+    """Order of a stepwise search of significantly higher penalised likelihood; `EITHER`: neither, or not compared."""
+
+    EITHER = auto()
+    SEPARATION_FIRST = auto()
+    ONE_BY_ONE = auto()
+
+
+def _stepwise(
+    search: CoefficientSearch, initial: SelectedStructure, order: _Order = _Order.EITHER
+) -> tuple[SelectedStructure, _Order]:
     """Stepwise structure; with controls and flow separation first where that gives the higher penalised likelihood.
 
     In a stall, separation and the simultaneous stabiliser and thrust inputs act on the coefficients together: powers of
-    alpha entered one by one would replace all three. Both orders are compared at the same number of effects.
+    alpha entered one by one would replace all three. Both orders are compared at the same number of effects, unless one
+    of them is known to be significantly better.
     """
     problem, hypotheses = initial.estimate.problem, search.hypotheses
     most = problem.settings.most
-    if shows_separation(problem):
-        enough = NumberSeenByCopies(most)
-        separated, (found, path) = search.in_parallel(
-            functools.partial(_separation_first, initial=initial, enough=enough),
-            functools.partial(_one_by_one, initial=initial, enough=enough),
-            [problem],
-        )
-        if separated is None:
-            return search.with_replacements(found, hypotheses)
-        effects = len(separated.chosen)
-        if search.penalised_likelihood(separated) > next(
-            (value for count, value in path if count >= effects), path[-1][1]
-        ):
-            return search.with_replacements(separated, hypotheses)
-    return search.with_replacements(search.forward(initial, hypotheses, most), hypotheses)
+    if order is _Order.ONE_BY_ONE or not shows_separation(problem):
+        return search.with_replacements(search.forward(initial, hypotheses, most), hypotheses), order
+    enough = NumberSeenByCopies(most)
+    separation_first = functools.partial(_separation_first, initial=initial, enough=enough)
+    if order is _Order.SEPARATION_FIRST and (known := separation_first(search)) is not None:
+        return search.with_replacements(known, hypotheses), order
+    separated, (found, path) = search.in_parallel(
+        separation_first, functools.partial(_one_by_one, initial=initial, enough=enough), [problem]
+    )
+    if separated is None:
+        return search.with_replacements(found, hypotheses), _Order.EITHER
+    effects = len(separated.chosen)
+    lead = search.penalised_likelihood(separated) - next(
+        (value for count, value in path if count >= effects), path[-1][1]
+    )
+    if lead > 0.0:
+        better = _Order.SEPARATION_FIRST if lead > problem.settings.alike else _Order.EITHER
+        return search.with_replacements(separated, hypotheses), better
+    whole = search.with_replacements(search.forward(initial, hypotheses, most), hypotheses)
+    return whole, _Order.ONE_BY_ONE if lead < -problem.settings.alike else _Order.EITHER
 
 
 def _separation_first(

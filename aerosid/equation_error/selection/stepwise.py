@@ -176,7 +176,8 @@ def _estimated(base: Estimate, tested: Sequence[_Linear], criterion: SelectionCr
     """Hypotheses with all parameters re-estimated."""
 
     def fitted(linear: _Linear) -> _Trial:
-        found = maximise_likelihood(base.problem, _initial_point(base.problem, base, linear), linear.weights, steps=6)
+        initial = _initial_point(base.problem, base, linear)
+        found = maximise_likelihood(base.problem, initial, linear.weights, steps=6, near=base)
         return _Trial(
             found.gain_over(base) - criterion.penalty_at(linear.hypothesis, found.point), found, linear.hypothesis
         )
