@@ -148,3 +148,15 @@ def test_the_first_sheet_holds_what_a_signature_needs(result: ClosedLoop) -> Non
     wanted += ["−1.711 ± 0.019", "3.593 ± 0.041", "not significant", "keeps its declared value"]
     for phrase in wanted:
         assert phrase.lower() in sheet.lower(), phrase
+
+
+def test_what_a_likelihood_contains_of_declared_values_is_said(result: ClosedLoop) -> None:
+    uncertain = tuple(dataclasses.replace(row, sigma=0.1 * abs(row.value)) for row in result.aircraft.derivatives)
+    exact = tuple(dataclasses.replace(row, sigma=None) for row in result.aircraft.derivatives)
+    disagreement = "with the disagreement of the derivatives with those declared with a sigma"
+    for derivatives, told in ((uncertain, True), (exact, False)):
+        aircraft = dataclasses.replace(result.aircraft, derivatives=derivatives)
+        by_equations = decided(result, aircraft=aircraft)
+        assert by_equations.alternatives
+        assert (disagreement in words(by_equations, "alternatives")) is told
+        assert disagreement not in words(dataclasses.replace(result, aircraft=aircraft), "alternatives")

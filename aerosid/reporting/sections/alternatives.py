@@ -16,5 +16,12 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         groups.setdefault(effect.instead_of, []).append(effect)
     better = any(fits_better(effect) for effect in result.alternatives)
     # The margins of the equations are in terms of the likelihood.
-    priced = result.decided_by != "equations"
-    return {"groups": groups, "second": result.second_opinion, "better": better, "priced": priced}
+    by_equations = result.decided_by == "equations"
+    has_sigma = any(derivative.sigma is not None for derivative in result.aircraft.derivatives)
+    return {
+        "groups": groups,
+        "second": result.second_opinion,
+        "better": better,
+        "priced": not by_equations,
+        "declared": by_equations and has_sigma,
+    }
