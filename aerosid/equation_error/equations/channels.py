@@ -62,6 +62,9 @@ KINEMATIC = tuple(dict.fromkeys(name for each in EQUATION_SETS.values() for name
 HEIGHT = "h"
 """Channel that is integrated twice from the accelerometers."""
 
+AIRSPEED = "V"
+"""Channel whose path contains the mean gust that the vane sees."""
+
 COEFFICIENT = SIX.coefficients
 """Body-axis coefficients, each with the channel that measures it: an accelerometer or the derivative of a rate."""
 

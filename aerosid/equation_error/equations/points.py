@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import (
+    AIRSPEED,
     COEFFICIENT,
     HEIGHT,
     KINEMATIC,
@@ -31,6 +32,7 @@ from aerosid.equation_error.equations.kinematic import (
     reconstruct,
     with_height,
 )
+from aerosid.equation_error.equations.mean_gust import airspeed_by_mean_gust
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, corrected
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -145,7 +147,7 @@ class Equations:
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
         self._excluded = [inconsistent_heading(recording, settings) for recording in recordings]
-        self._height_modes: dict[int, Array] = {}
+        self._path_modes: dict[tuple[int, str], Array | None] = {}
         self._sideslip_modes: dict[int, Array] = {}
         self._motions: list[dict[_Sensors, Motion]] = [{} for _ in recordings]
         self._paths: list[dict[_Sensors, list[Segment]]] = [{} for _ in recordings]
@@ -239,11 +241,17 @@ class Equations:
         errors = np.column_stack([motion.sideslip_errors_in_band, self._sideslip_modes[n]])
         return {name: model.value((name, SIDESLIP)) * errors for name in LATERAL_COEFFICIENTS}
 
-    def _height_random_walk(self, n: int, recording: Recording) -> Array:
-        """Low-frequency error modes of a record's height, computed once."""
-        if n not in self._height_modes:
-            self._height_modes[n] = height_random_walk(recording, recording.time_in_band, self._settings)
-        return self._height_modes[n]
+    def _modes_of_path(self, n: int, recording: Recording, name: str) -> Array | None:
+        """Low-frequency error modes of an integrated path of a record, computed once; None where there are none."""
+        if name not in (HEIGHT, AIRSPEED):
+            return None
+        if (n, name) not in self._path_modes:
+            self._path_modes[n, name] = (
+                height_random_walk(recording, recording.time_in_band, self._settings)
+                if name == HEIGHT
+                else airspeed_by_mean_gust(recording, self._settings)
+            )
+        return self._path_modes[n, name]
 
     def _motion(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> Motion:
         """The motion reconstructed from a record's sensors without their errors."""
@@ -277,7 +285,7 @@ class Equations:
             targets = recording.band(np.column_stack([recording.channels[name] - predicted[name] for name in names]))
             segments = []
             for name, target in zip(names, np.ascontiguousarray(targets.T), strict=True):
-                random_walk = self._height_random_walk(n, recording) if name == HEIGHT else None
+                random_walk = self._modes_of_path(n, recording, name)
                 floor = _floor(recording, name)
                 segments.append(
                     Segment(

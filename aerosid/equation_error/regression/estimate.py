@@ -269,8 +269,10 @@ def maximise_likelihood(
         Whether the first-order solution of a step, with all parameters among its unknowns, is of interest; otherwise
         the search ends before the step.
     near : Estimate, optional
-        Of a structure that differs in an effect or a term: in the first step the other effects have its columns.
+        Of a structure that differs in an effect or a term: in the first step of a fit of coefficients the other effects
+        have its columns. Those of kinematic equations cost little, and delays move them far.
     """
+    near = near if problem.kinds == COEFFICIENT else None
     point, design, solution = _regressed(problem, problem.acting(point), weights)
     free = free_parameters(point.effects)
     columns: Array | None = None
