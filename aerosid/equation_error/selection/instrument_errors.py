@@ -237,7 +237,12 @@ def _searched(
     if off_aircraft(found):
         return found, path
     found = with_replacements(found, sensors, criterion, admitted)
-    found = with_other_time_origin(found, sensors, criterion, admitted, log)
+
+    def on_aircraft(estimated: Estimate, hypothesis: Hypothesis) -> bool:
+        entered = SelectedEffect(hypothesis, kinematic=True, gain=0.0)
+        return admitted(estimated, hypothesis) and not off_aircraft(SelectedStructure(estimated, (entered,)))
+
+    found = with_other_time_origin(found, sensors, criterion, on_aircraft, log)
     if initial.estimate.point.free:
         may_replace = share_a_distance if model.axes == LONGITUDINAL else _any_error
         found = choose_by_coefficients(found, sensors, criterion, coefficients, may_replace)

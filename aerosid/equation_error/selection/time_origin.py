@@ -57,7 +57,8 @@ def with_other_time_origin(
     initial = _from_other_origin(selected, early, shift, hypotheses)
     found = eliminate_by_penalty(initial, criterion)
     most = selected.estimate.problem.settings.most
-    *_, found = forward_selection(found, criterion, hypotheses, kinematic=True, most=most, admitted=admitted)
+    path = forward_selection(found, criterion, hypotheses, kinematic=True, most=most, admitted=admitted)
+    found = max(path, key=lambda each: penalised_likelihood(each, criterion))
     found = with_replacements(found, hypotheses, criterion, admitted)
     if penalised_likelihood(found, criterion) <= penalised_likelihood(selected, criterion):
         return selected
