@@ -4,7 +4,8 @@ The mean flow angle of the path is that of the vane, which sees the mean gust of
 off, the airspeed path is in error by the integral of c dV'/d(alpha) = c V (alpha' - q), by -c times the airspeed and
 the change of the flight path's angle: as by a bias of the vane, but by a different one on each record. In air that
 moves steadily there is no such error, since path and vane are then in one frame; a gust of some hundred metres that
-turns with the aircraft, as in the Dryden spectra of MIL-F-8785C, which are about body axes, makes all of it.
+turns with the aircraft, as in the Dryden spectra of MIL-F-8785C, which are about body axes, makes all of it. Found on
+benchmarks/field_detection.py, seed 168, where it was told as a bias of the vane.
 """
 
 from __future__ import annotations
