@@ -18,7 +18,7 @@ def _over_usual() -> Mapping[str | tuple[str, str], float]:
     usual: dict[str | tuple[str, str], float] = {"sensor_bias": 3.0, "sensor_scale": 3.0, "cg_shift": 3.0}
     calibrated = ("V", "p", "q", "r", "a_x", "a_y", "a_z")
     usual |= {("sensor_scale", channel): 10.0 for channel in calibrated}
-    usual |= {("sensor_scale", vane): 6.7 for vane in ("alpha", "beta")}
+    usual |= {("sensor_scale", vane): 4.0 for vane in ("alpha", "beta")}
     return usual | {("cg_shift", "x"): 10.0}
 
 
@@ -102,14 +102,10 @@ class OfferLimits:
     limit_over_usual : mapping of str to float
         Limit of a kind over the standard deviation of its usual error, 1, by kind, or by kind and place; others have no
         usual size. Biases, attitudes and the height of the centre of gravity: a third of their limit. Scale factors of
-        airspeed, accelerometers and gyros, calibrated on the ground: a tenth, 3 and 5 %; of vanes, whose
-        upwash is corrected: 6 %. Along the fuselage, weighed before every flight: a tenth, a twentieth of the chord.
-        By reasoning; that a limit in place of a prior hides clear evidence of a record, on
-        benchmarks/field_detection.py, seeds 4 and 5, that a third of the limit is no prior of a vane's scale factor, on
-        seeds 161 and 166.
-    early_odds : float
-        Prior odds, 1, that one sensor's channel is early rather than late: recorders delay channels, so that all others
-        would have to be late by the same time. By reasoning.
+        airspeed, accelerometers and gyros, calibrated on the ground: a tenth, 3 and 5 %; of vanes, by upwash: a
+        quarter, 10 %. Along the fuselage, weighed before every flight: a tenth, a twentieth of the chord. By reasoning;
+        that a limit in place of a prior hides clear evidence of a record, on benchmarks/field_detection.py, seeds 4 and
+        5, that a vane is rarely a fifth off, on seed 166.
     scales : (float, float)
         Least and greatest measured over true, 1, of any sensor's channel.
     sensor_delays : (float, float)
@@ -156,7 +152,6 @@ class OfferLimits:
     largest_inertial_scale: float = 0.5
     furthest_centre: float = 0.5
     limit_over_usual: Mapping[str | tuple[str, str], float] = field(default_factory=_over_usual)
-    early_odds: float = 0.3
     scales: tuple[float, float] = (0.2, 5.0)
     sensor_delays: tuple[float, float] = (-0.5, 2.0)
     slowest_sensor: float = 5.0

@@ -112,15 +112,13 @@ def _within(parameter: EffectParameter, limit: float) -> EffectParameter:
 
 
 def size_penalty(effects: Sequence[ActiveEffect]) -> float:
-    """Reduction of ln L by the prior of the size of an instrument error or of a wrong loading, and of an early channel.
+    """Reduction of ln L by the prior of the size of an instrument error or of a wrong loading.
 
     `effects`: those of a hypothesis with their parameter values; none of a term.
     """
     if not effects:
         return 0.0
     (active, *_), over = effects, OFFERED.limit_over_usual
-    if active.effect.kind == "sensor_delay" and active.values[0] < 0.0:
-        return -float(np.log(OFFERED.early_odds))
     ratio = over.get(active.name, over.get(active.effect.kind))
     if ratio is None:
         return 0.0
