@@ -280,10 +280,10 @@ def maximise_likelihood(
     for _ in range(steps if free else 0):
         known = linear_values(design, solution)
         inexact = near is not None
-        step_columns = _columns_near(near, problem, known, point) if near is not None else None
-        if step_columns is None:
+        if near is None:
             columns = step_columns = effect_sensitivities(problem, known, point, free)
-        near = None
+        else:
+            step_columns, near = _columns_near(near, problem, known, point), None
         wide = design.extended(step_columns, names)
         full = regress(wide, problem.settings, solution.weights)
         if not is_promising(full):
