@@ -139,11 +139,14 @@ def _out_of_range_response(model: AerodynamicModel, flight: Flight) -> tuple[NDA
     return np.full((samples, len(axes.outputs)), np.nan), np.full((samples, len(axes.integrated)), np.nan)
 
 
-def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, ...]:
+def on_log(completed: Refinement, manoeuvre: Manoeuvre, fuller: Refinement | None = None) -> tuple[ActiveEffect, ...]:
     """The completed model's effects as they act on a log that may not have been fitted.
 
     All effects act as estimated except a step change, which no channel shows: on a log where none was found its instant
     is estimated on that log, with its size held, or it is left out, like the initial state.
+
+    `fuller`: a model with an effect more that was simulated on that log. The instant is estimated from its own, and
+    what it leaves out is left out.
     """
     own = tuple(active for active in completed.effects if active.acts_on(manoeuvre.name))
     step_changes = [active for active in completed.effects if is_step_change(active) and active.log != manoeuvre.name]
@@ -152,14 +155,27 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre) -> tuple[ActiveEffect, .
     time = manoeuvre.flight.time
     log = manoeuvre.name, float(time[0]), int(time.size)
     if log not in completed.placed:
-        completed.placed[log] = _with_fitted_instants(completed, manoeuvre, own, step_changes)
+        grid: list[float] | None = None
+        if fuller is not None and log in fuller.placed:
+            there = {instant_of(a) for a in fuller.placed[log] if is_step_change(a) and a.log == manoeuvre.name}
+            grid = [at - float(time[0]) for at in sorted(there)]
+        completed.placed[log] = _with_fitted_instants(completed, manoeuvre, own, step_changes, grid)
     return completed.placed[log]
 
 
 def _with_fitted_instants(
-    completed: Refinement, manoeuvre: Manoeuvre, own: tuple[ActiveEffect, ...], step_changes: Sequence[ActiveEffect]
+    completed: Refinement,
+    manoeuvre: Manoeuvre,
+    own: tuple[ActiveEffect, ...],
+    step_changes: Sequence[ActiveEffect],
+    grid: Sequence[float] | None,
 ) -> tuple[ActiveEffect, ...]:
-    """The effects of a log with step changes at the instants of best fit, or without them."""
+    """The effects of a log with step changes at the instant of best fit, or without them.
+
+    `grid`: instants from its start, s, from which that is looked for; by default on the whole log.
+    """
+    if grid is not None and not grid:
+        return own
     time = manoeuvre.flight.time
     shifts = [instant_of(active) - time[0] for active in step_changes]
     span = float(np.ptp(time))
@@ -179,12 +195,9 @@ def _with_fitted_instants(
         return cost
 
     interval = manoeuvre.interval
-    grid: list[float | None] = [
-        None,
-        *np.clip(shifts, 0.0, span).tolist(),
-        *(span * np.linspace(0.05, 0.95, 19)).tolist(),
-    ]
-    best = min(grid, key=misfit)
+    if grid is None:
+        grid = [*np.clip(shifts, 0.0, span).tolist(), *(span * np.linspace(0.05, 0.95, 19)).tolist()]
+    best = min((None, *grid), key=misfit)
     if best is None:
         return own
     for reach in (span / 20.0, span / 200.0):

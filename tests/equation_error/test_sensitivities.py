@@ -25,6 +25,13 @@ from aerosid.equation_error.regression.estimate import (
     maximise_likelihood,
 )
 from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.structure import (
+    SelectedEffect,
+    SelectedStructure,
+    deletions,
+    first_order_loss,
+)
+from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7_900
@@ -88,3 +95,23 @@ def test_a_fit_that_starts_from_the_columns_of_a_reduced_structure_reaches_the_s
     expected = [value for active in alone.point.effects for value in active.values]
     values = [value for active in near.point.effects for value in active.values]
     assert np.all(np.abs(np.subtract(values, expected)) < 0.1 * deviations)
+
+
+def test_the_loss_to_first_order_is_that_of_a_separate_estimate_where_an_effect_is_linear(
+    two_records: tuple[RegressionProblem, Estimate],
+) -> None:
+    problem, found = two_records
+    square = ("C_m", parse_term("alpha^2"))
+    whole = estimate(problem, with_hypothesis(found.point, Hypothesis("aero_term", "C_m", "alpha^2", (square,))))
+    hypotheses = [
+        Hypothesis("aero_term", "C_m", "alpha^2", (square,)),
+        *(Hypothesis(active.effect.kind, active.effect.where, effects=(active,)) for active in whole.point.effects),
+    ]
+    chosen = [SelectedEffect(hypothesis, kinematic=False, gain=1.0) for hypothesis in hypotheses]
+    selected = SelectedStructure(whole, tuple(chosen))
+    losses = [first_order_loss(selected, each) for each in chosen]
+    separate = [whole.gain_over(reduced) for reduced in deletions(selected, chosen)]
+    # The term, and the steps of a size that no noise makes; a lag of .1 s is not linear, and clearly necessary.
+    assert losses[:3] == pytest.approx(separate[:3], rel=0.1, abs=1.0)
+    assert separate[0] > 20.0
+    assert min(losses[3], separate[3]) > 100.0

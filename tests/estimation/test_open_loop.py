@@ -57,6 +57,27 @@ def test_a_flight_without_the_step_change_is_simulated_without_it() -> None:
     assert on_log(found(model, manoeuvre), manoeuvre) == ()
 
 
+@pytest.mark.parametrize("time", [1.7, 9.3])
+def test_a_reduced_model_s_instant_is_estimated_from_that_of_the_fuller_one(time: float) -> None:
+    model, manoeuvre = flown((replace(JUMP, values=(-0.01, time), log="second"),), 5)
+    fuller = found(model, manoeuvre)
+    on_log(fuller, manoeuvre)
+    poorer = model.with_values(np.array(model.values) * np.where(np.arange(model.values.size) == 3, 0.9, 1.0))
+    (placed,) = on_log(found(poorer, manoeuvre), manoeuvre, fuller)
+    (anywhere,) = on_log(found(poorer, manoeuvre), manoeuvre)
+    span = float(np.ptp(manoeuvre.flight.time))
+    assert instant_of(placed) == pytest.approx(instant_of(anywhere), abs=span / 400.0)
+
+
+def test_a_reduced_model_leaves_out_the_step_change_that_the_fuller_one_leaves_out() -> None:
+    model, manoeuvre = flown((), 6)
+    without = found(model, manoeuvre)
+    assert on_log(without, manoeuvre) == ()
+    later = flown((replace(JUMP, values=(-0.01, 4.5), log="second"),), 6)[1]
+    assert on_log(found(model, later), later, without) == ()
+    assert on_log(found(model, later), later) != ()
+
+
 def squares(model: AerodynamicModel, manoeuvre: Manoeuvre, jump: ActiveEffect) -> float:
     """Squared errors over their variances, the initial state fitted to convergence."""
     variance = found(model, manoeuvre).variance

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -86,6 +86,17 @@ class Design:
             self.floors,
             self.instruments,
             self.declared,
+        )
+
+    def without(self, unknowns: Collection[Unknown]) -> Design:
+        """The design without some unknowns, compared with no declared values."""
+        kept = [p for p, unknown in enumerate(self.unknowns) if unknown not in unknowns]
+        return replace(
+            self,
+            columns=np.ascontiguousarray(self.columns[:, kept]),
+            unknowns=tuple(self.unknowns[p] for p in kept),
+            precisions=self.precisions[kept],
+            declared=None,
         )
 
 
@@ -322,44 +333,9 @@ def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]
     ]
 
 
-def gain_over(base: Design, plain: float, found: Solution, settings: EquationErrorSettings) -> float:
-    """Gain in ln L of a solution over a reduced base of likelihood `plain`.
-
-    Where equations are compared by instrumental variables, both are solved with the colours of the wider structure, and
-    the size of each equation's noise is integrated out: the logarithm of an F ratio with the prior of the noise, valid
-    however few the instruments are.
-    """
-    if uses_no_instruments(base):
-        return found.log_likelihood - plain
-    lacking = solve(base, found.weights)
-    bases = whitened_instruments(base, found.weights)
-    return _averaged(base, found, bases, settings) - _averaged(base, lacking, bases, settings)
-
-
 def uses_no_instruments(design: Design) -> bool:
     """Whether no equation is compared by instrumental variables."""
     return all(instruments is None for instruments in design.instruments)
-
-
-def _averaged(
-    design: Design, solution: Solution, bases: Sequence[Array | None], settings: EquationErrorSettings
-) -> float:
-    """Ln L at the solution's colours, each equation's size in the space of its instruments integrated out."""
-    total = -solution.penalty
-    powers: dict[tuple[str, float], float] = {}
-    free: dict[tuple[str, float], int] = {}
-    for s, group in enumerate(design.groups):
-        part, basis = solution.whitened[design.rows(s)], bases[s]
-        if basis is None:
-            total -= 0.5 * float(part @ part)
-        else:
-            powers[group] = powers.get(group, 0.0) + float(np.sum((basis.T @ part) ** 2))
-            free[group] = free.get(group, 0) + freedom(design, s)
-    known = settings.usual_freedom
-    for group, power in powers.items():
-        usual = known * settings.usual_excess / solution.weights.excess.get(group, 1.0)
-        total -= 0.5 * (free[group] + known) * float(np.log(power + usual))
-    return total
 
 
 def white_weights(design: Design) -> Weights:

@@ -19,11 +19,11 @@ from aerosid.equation_error.regression.design import (
     Solution,
     Weights,
     design_of,
-    gain_over,
     regress,
     solve,
     uses_no_instruments,
 )
+from aerosid.equation_error.regression.gain import gain_over
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import LIFT
@@ -80,12 +80,15 @@ class RegressionProblem:
         """The regression at a point. Kinematic equations have the same columns at all points, and are stacked once."""
         segments = self.segments(point)
         if any(each.equation in COEFFICIENT for each in segments):
-            design = design_of(segments, self.settings)
-            return design if self.declared is None else replace(design, declared=self.declared.among(design.unknowns))
+            return self.compared_with_declared(design_of(segments, self.settings))
         names = tuple((each.recording, each.equation) for each in segments)
         if names not in self._kinematic:
             self._kinematic[names] = design_of(segments, self.settings)
         return replace(self._kinematic[names], target=np.concatenate([each.target for each in segments]))
+
+    def compared_with_declared(self, design: Design) -> Design:
+        """A design with those of its unknowns that have an a-priori value."""
+        return design if self.declared is None else replace(design, declared=self.declared.among(design.unknowns))
 
     @cached_property
     def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from aerosid.compiled.cores import allowed, mapped
 from aerosid.effects.flow_separation import is_breakdown
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import Weights, design_of, solve, uncoloured, uses_no_instruments
@@ -47,6 +48,7 @@ from aerosid.equation_error.selection.structure import (
     SelectedEffect,
     SelectedStructure,
     deletions,
+    first_order_loss,
     penalised_likelihood,
 )
 from aerosid.equation_error.settings import TRIALS
@@ -311,7 +313,11 @@ def eliminate_by_penalty(
     """Backward elimination of effects whose gain is below their penalty; `protected` ones are retained."""
     while True:
         worst: tuple[float, Optimum, SelectedEffect] | None = None
-        others = [each for each in selected.chosen if not any(each.hypothesis is one for one in protected)]
+        others = [
+            each
+            for each in selected.chosen
+            if not any(each.hypothesis is one for one in protected) and not _is_necessary(selected, each, criterion)
+        ]
         reduced_fits = deletions(selected, others, with_columns=not uses_no_instruments(selected.estimate.design))
         for each, reduced in zip(others, reduced_fits, strict=True):
             net = selected.estimate.gain_over(reduced) - criterion.penalty_at(each.hypothesis, selected.estimate.point)
@@ -321,6 +327,16 @@ def eliminate_by_penalty(
             return selected
         log(f"  eliminated {worst[2].hypothesis.label} {worst[0]:.1f}")
         selected = SelectedStructure(worst[1].estimate, tuple(each for each in selected.chosen if each is not worst[2]))
+
+
+def _is_necessary(selected: SelectedStructure, each: SelectedEffect, criterion: SelectionCriterion) -> bool:
+    """Whether the loss without an effect, to first order, is too far above its penalty for a re-estimate to matter."""
+    if not uses_no_instruments(selected.estimate.design):
+        return False
+    is_linear = all(is_step_change(active) for active in each.hypothesis.effects)
+    least = TRIALS.necessary if is_linear else TRIALS.necessary_nonlinear
+    penalty = criterion.penalty_at(each.hypothesis, selected.estimate.point)
+    return first_order_loss(selected, each) > least * penalty
 
 
 def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:

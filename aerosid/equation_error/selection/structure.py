@@ -8,7 +8,8 @@ from typing import Any
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.points import Point, Unknown
+from aerosid.equation_error.regression.design import regress
 from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximise_likelihood
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, effects_of, joint_penalty
 
@@ -93,6 +94,25 @@ def deletions(
     for each, peak in zip(missing, mapped(reestimated, missing, common=[problem]), strict=True):
         selected.cache["without", each.hypothesis.label] = [peak]
     return [selected.cache["without", each.hypothesis.label][0] for each in effects]
+
+
+def first_order_loss(selected: SelectedStructure, each: SelectedEffect) -> float:
+    """Loss in ln L by the deletion of one effect, the others re-estimated to first order and the colours anew.
+
+    Its leading parameter times its column is what it explains; any other parameter is no size.
+    """
+    found = selected.estimate
+    own = effects_of(found.point, each.hypothesis)
+    indices = [i for i, active in enumerate(found.point.effects) if any(active is one for one in own)]
+    target = found.design.target.copy()
+    deleted: list[Unknown] = [("term", entry) for entry in each.hypothesis.entries]
+    for i in indices:
+        active = found.point.effects[i]
+        deleted.extend(("effect", i, k) for k in range(len(active.values)))
+        size = active.values[0] - active.effect.parameters[0].null
+        target += size * found.design.columns[:, found.design.unknowns.index(("effect", i, 0))]
+    reduced = found.problem.compared_with_declared(replace(found.design.without(deleted), target=target))
+    return found.log_likelihood - regress(reduced, found.problem.settings, found.solution.weights).log_likelihood
 
 
 def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estimate:

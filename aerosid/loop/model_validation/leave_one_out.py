@@ -62,7 +62,10 @@ def prediction_gains(found: Attribution, search: StructureSearch, *unseen: Seque
     def gains_of(part: Part) -> list[float | None]:
         try:
             lacking = _re_estimated(found, search.reduced_structure(found.completed, [part]), search)
-            return [_gain(errors, _errors(lacking, flights)) for errors, flights in zip(complete, unseen, strict=True)]
+            return [
+                _gain(errors, _errors(lacking, flights, found.completed))
+                for errors, flights in zip(complete, unseen, strict=True)
+            ]
         except EstimationError:
             return [None] * len(unseen)
 
@@ -87,10 +90,10 @@ def _gain(complete: _Errors, lacking: _Errors) -> float | None:
     return float(np.median(ratios)) if ratios else None
 
 
-def _errors(at: Refinement, flights: Sequence[Manoeuvre]) -> _Errors:
-    """Root-mean-square error by flight and channel."""
+def _errors(at: Refinement, flights: Sequence[Manoeuvre], fuller: Refinement | None = None) -> _Errors:
+    """Root-mean-square error by flight and channel; `fuller`: the model that an effect was removed from."""
     return {
         (n, channel): error
         for n, flight in enumerate(flights)
-        for channel, error in respond(at.model, flight, at.variance, effects=on_log(at, flight)).rms.items()
+        for channel, error in respond(at.model, flight, at.variance, effects=on_log(at, flight, fuller)).rms.items()
     }
