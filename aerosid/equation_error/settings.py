@@ -354,8 +354,8 @@ class TrialSettings:
         interest: of 37 that won on three long segments of the Citation's flight each was predicted to win by .02 of it.
     necessary, necessary_nonlinear : float
         Multiple of its penalty, 1, from which a term's or a step change's loss to first order, or another effect's,
-        shows without a re-estimate that its deletion is no gain. Of 123 effects beyond it on five simulated flights
-        each lost 3.2 penalties or more.
+        shows without a re-estimate that its deletion is no gain. Of 125 effects beyond it on five simulated flights
+        each lost 2.6 penalties or more.
     asked_in_pairs, pairs : int
         Instrument errors that are tested in pairs where none is significant alone, the likeliest by themselves, and
         pairs that are estimated.
@@ -368,8 +368,8 @@ class TrialSettings:
     hopeless: float = 2.0
     hopeless_share: float = 0.3
     losing_share: float = 0.1
-    necessary: float = 3.0
-    necessary_nonlinear: float = 10.0
+    necessary: float = 2.0
+    necessary_nonlinear: float = 8.0
     asked_in_pairs: int = 6
     pairs: int = 2
     repeated: float = 0.7

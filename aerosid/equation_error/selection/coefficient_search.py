@@ -24,7 +24,12 @@ from aerosid.equation_error.selection.level_shifts import (
 )
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 from aerosid.equation_error.selection.starting_values import is_control_term, shows_separation
-from aerosid.equation_error.selection.stepwise import Admitted, forward_selection, with_flow_separation
+from aerosid.equation_error.selection.stepwise import (
+    Admitted,
+    SelectionHistory,
+    forward_selection,
+    with_flow_separation,
+)
 from aerosid.equation_error.selection.structure import SelectedStructure, penalised_likelihood
 
 _Found = TypeVar("_Found")
@@ -69,9 +74,12 @@ class CoefficientSearch:
         *,
         step_changes: bool = True,
         excluded: Collection[Label] = (),
+        history: SelectionHistory | None = None,
     ) -> SelectedStructure:
         """Forward selection without the `excluded` labels; `step_changes`: step changes are candidates too."""
-        *_, found = self.forward_selection(initial, hypotheses, most, step_changes=step_changes, excluded=excluded)
+        *_, found = self.forward_selection(
+            initial, hypotheses, most, step_changes=step_changes, excluded=excluded, history=history
+        )
         return found
 
     def forward_selection(
@@ -82,8 +90,9 @@ class CoefficientSearch:
         *,
         step_changes: bool = True,
         excluded: Collection[Label] = (),
+        history: SelectionHistory | None = None,
     ) -> Iterator[SelectedStructure]:
-        """The sequence of structures of a forward selection."""
+        """The sequence of structures of a forward selection; `history`: of one that it continues."""
         return forward_selection(
             initial,
             self.criterion,
@@ -92,6 +101,7 @@ class CoefficientSearch:
             coefficients=self.coefficients if step_changes else (),
             most=most,
             admitted=self._admissible_except(excluded),
+            history=history,
             log=self.log,
         )
 
@@ -252,7 +262,7 @@ def _stepwise(
     separation_first = functools.partial(_separation_first, initial=initial, enough=enough)
     if order is _Order.SEPARATION_FIRST and (known := separation_first(search)) is not None:
         return search.with_replacements(known, hypotheses), order
-    separated, (found, path) = search.in_parallel(
+    separated, (found, path, history) = search.in_parallel(
         separation_first, functools.partial(_one_by_one, initial=initial, enough=enough), [problem]
     )
     if separated is None:
@@ -264,7 +274,9 @@ def _stepwise(
     if lead > 0.0:
         better = _Order.SEPARATION_FIRST if lead > problem.settings.alike else _Order.EITHER
         return search.with_replacements(separated, hypotheses), better
-    whole = search.with_replacements(search.forward(initial, hypotheses, most), hypotheses)
+    if history is not None:
+        found = search.forward(found, hypotheses, most, history=history)
+    whole = search.with_replacements(found, hypotheses)
     return whole, _Order.ONE_BY_ONE if lead < -problem.settings.alike else _Order.EITHER
 
 
@@ -287,14 +299,16 @@ def _separation_first(
 
 def _one_by_one(
     search: CoefficientSearch, initial: SelectedStructure, enough: NumberSeenByCopies
-) -> tuple[SelectedStructure, list[tuple[int, float]]]:
+) -> tuple[SelectedStructure, list[tuple[int, float]], SelectionHistory | None]:
     """Forward selection up to a number of effects that may be set meanwhile.
 
-    Also returned, for each intermediate structure, are the number of its effects and its penalised likelihood.
+    Also returned are, for each intermediate structure, the number of its effects and its penalised likelihood, and the
+    history with which it can be continued: None where it came to its end.
     """
-    path = []
-    for found in search.forward_selection(initial, search.hypotheses, initial.estimate.problem.settings.most):
+    path, history = [], SelectionHistory()
+    most = initial.estimate.problem.settings.most
+    for found in search.forward_selection(initial, search.hypotheses, most, history=history):
         path.append((len(found.chosen), search.penalised_likelihood(found)))
         if len(found.chosen) >= enough.value:
-            break
-    return found, path
+            return found, path, history.before(found)
+    return found, path, None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,23 @@ Admitted = Callable[[Estimate, Hypothesis], bool]
 """Whether an estimate, its last hypothesis among the effects, is admissible by criteria other than its likelihood."""
 
 
+@dataclass(frozen=True)
+class SelectionHistory:
+    """What a forward selection knows of its past, with which it can be continued.
+
+    `inadmissible`: labels of hypotheses that were not admitted; `visited`: structures by their key.
+    """
+
+    inadmissible: set[tuple[str, str, str]] = field(default_factory=set)
+    visited: dict[frozenset[tuple[object, ...]], SelectedStructure] = field(default_factory=dict)
+
+    def before(self, last: SelectedStructure) -> SelectionHistory:
+        """The history when a structure was reached, without what its structures store."""
+        key = structure_key(last)
+        visited = {each: replace(found, cache={}) for each, found in self.visited.items() if each != key}
+        return SelectionHistory(set(self.inadmissible), visited)
+
+
 def forward_selection(
     selected: SelectedStructure,
     criterion: SelectionCriterion,
@@ -69,19 +86,20 @@ def forward_selection(
     coefficients: Sequence[str] = (),
     recording: str | None = None,
     admitted: Admitted = lambda _found, _hypothesis: True,
+    history: SelectionHistory | None = None,
     log: Callable[[str], None] = lambda _text: None,
 ) -> Iterator[SelectedStructure]:
     """A structure, and its extensions by the best significant hypothesis at a time, with elimination after each step.
 
     `most`: number of effects at which it ends; `coefficients`: those in which step changes are searched for, on the
-    identification records or on that record alone whose name is given.
+    identification records or on that record alone whose name is given; `history`: of a selection that this continues.
 
     An entering effect changes the parameters of the others, and a parameter with kinematic evidence has a penalty that
     grows with its distance from that: effects may enter and be eliminated in a cycle. The selection ends when a
     structure recurs, and yields last the structure of the cycle with the highest penalised likelihood.
     """
-    inadmissible: set[tuple[str, str, str]] = set()
-    visited: dict[frozenset[tuple[object, ...]], SelectedStructure] = {}
+    history = SelectionHistory() if history is None else history
+    inadmissible, visited = history.inadmissible, history.visited
     while True:
         names = structure_key(selected)
         if names in visited:
