@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.loop.methods import IdentificationProblem
+from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.model_error.paper_chain.chain import ChainSettings, feed
 from aerosid.model_error.paper_chain.coefficient_match import Corrected
 

@@ -36,7 +36,8 @@ from aerosid.flight_model.aerodynamics import controls_of
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.formats import read_log
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem, run_method
+from aerosid.loop.identification_problem import IdentificationProblem, with_identified_instrument_errors
+from aerosid.loop.methods import run_method
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.flight_sweeps.swept_model import SweepSettings
 from aerosid.model_error.paper_chain.chain import ChainSettings
@@ -214,6 +215,7 @@ def outcome(labels: Sequence[Label], key: Mapping[str, Any]) -> str:
 
 def by_settings(question: IdentificationProblem, settings: LoopSettings) -> tuple[list[Label], Values]:
     """Names and derivatives of a method of the loop, without simulations and reports."""
+    question = with_identified_instrument_errors(question, settings)
     found = run_method(question, settings, lambda _stage: None).found
     labels = [(finding.kind, finding.where, finding.term) for finding in found.findings]
     model = found.completed.model

@@ -16,15 +16,17 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import KinematicConsistency, contradicting
-from aerosid.compiled.cores import begun
+from aerosid.compiled.cores import begun, both
 from aerosid.effects.aerodynamic_terms import searched_parameters
+from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.methods import IdentificationProblem, MethodResult, run_method
+from aerosid.loop.identification_problem import IdentificationProblem, with_identified_instrument_errors
+from aerosid.loop.methods import MethodResult, run_method
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_unmeasured_sideslip
@@ -142,13 +144,13 @@ def identify(
     declared = with_columns_of(plain, given)
 
     progress("checking data compatibility")
-    opposed = contradicting(logs) if settings.kinematics and aircraft.axes in compatibility.CASES else None
+    problem = IdentificationProblem(aircraft, declared, tuple(given), candidates, manoeuvres, others)
+    problem, opposed = _with_instrument_errors(problem, logs, settings)
     if opposed is not None:
         return Identification(
             aircraft, plain, declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
         )
 
-    problem = IdentificationProblem(aircraft, declared, tuple(given), candidates, manoeuvres, others)
     chain = _started_chain(plain, problem, settings)
     result = run_method(problem, settings, progress)
     second = None
@@ -179,6 +181,30 @@ def identify(
         held_out,
         chain,
     )
+
+
+def _with_instrument_errors(
+    problem: IdentificationProblem, logs: Sequence[FlightLog], settings: LoopSettings
+) -> tuple[IdentificationProblem, KinematicConsistency | None]:
+    """The problem with its instrument errors, and contradictions of the channels that no instrument error reconciles.
+
+    Neither needs the other, and each takes a second or two: one core each.
+    """
+    if not settings.kinematics or problem.aircraft.axes not in compatibility.CASES:
+        return with_identified_instrument_errors(problem, settings), None
+
+    def identified() -> IdentificationProblem | EstimationError:
+        try:
+            return with_identified_instrument_errors(problem, settings)
+        except EstimationError as error:
+            return error
+
+    found, contradictions = both(identified, lambda: contradicting(logs), [problem])
+    if isinstance(found, EstimationError):
+        if contradictions is None:
+            raise found
+        found = problem
+    return found, contradictions
 
 
 NO_CROSS_CHECK = (

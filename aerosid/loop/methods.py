@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from aerosid import compatibility
 from aerosid.aircraft import Aircraft
-from aerosid.compatibility import KinematicConsistency, agreement_of
-from aerosid.effects import ActiveEffect
-from aerosid.effects.hypothesis import Hypothesis
+from aerosid.compatibility import KinematicConsistency
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.equations.channels import equations_of
-from aerosid.equation_error.selection.instrument_errors import InstrumentErrors, identify_instrument_errors
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
-from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
@@ -25,6 +20,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_supported_error,
     note_on_vane_scale,
 )
+from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute_by_search, attribute_without_disturbances
@@ -34,89 +30,15 @@ from aerosid.search.declared_inertia import with_declared_inertia
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import eliminate_by_wald_test
-from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import (
     IndistinguishableTerm,
     indistinguishable_terms,
     with_indistinguishable_terms,
 )
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
-from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.turbulence_innovations import with_turbulence_innovations
 from aerosid.search.unreached_position import note_on_unreached, with_unreached_positions
-
-
-@dataclass(frozen=True)
-class IdentificationProblem:
-    """Input to an identification method: declared model, candidates, flights and identified instrument errors.
-
-    Attributes
-    ----------
-    aircraft : Aircraft
-        The declared one.
-    declared : AerodynamicModel
-        Its model, with columns for the effects declared in the file.
-    given : tuple of ActiveEffect
-        Those effects, their parameters fixed.
-    candidates : tuple of Entry
-        Candidate terms.
-    manoeuvres, others : tuple of Manoeuvre
-        Flights that are fitted, and flights that are only predicted.
-    instrument_errors : InstrumentErrors or None
-        From the data compatibility check; None where not requested, a channel is missing or a flight too short.
-    """
-
-    aircraft: Aircraft
-    declared: AerodynamicModel
-    given: tuple[ActiveEffect, ...]
-    candidates: tuple[Entry, ...]
-    manoeuvres: tuple[Manoeuvre, ...]
-    others: tuple[Manoeuvre, ...]
-    instrument_errors: InstrumentErrors | None = None
-
-    def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
-        """Data compatibility of the instruments; None where it was not requested."""
-        return (
-            agreement_of(self.instrument_errors) if settings.kinematics and self.instrument_errors is not None else None
-        )
-
-    @property
-    def free(self) -> tuple[Entry, ...]:
-        """Declared terms that are estimated."""
-        return tuple((d.coefficient, d.term) for d in self.aircraft.derivatives if not d.fixed)
-
-    @property
-    def is_reconstructed(self) -> bool:
-        """Whether every flight holds the channels from which forces and moments are formed."""
-        equations = equations_of(self.aircraft.axes)
-        return all(equations.can_be_formed(each.outputs) for each in (*self.manoeuvres, *self.others))
-
-    @property
-    def has_path(self) -> bool:
-        """Whether every flight holds the accelerometers from which its path is integrated."""
-        equations = equations_of(self.aircraft.axes)
-        return all(equations.has_path(each.outputs) for each in (*self.manoeuvres, *self.others))
-
-    @property
-    def shows_air(self) -> bool:
-        """Whether every flight shows its air: vanes measure it, and accelerometers the motion without it."""
-        return self.has_path and all(each.sideslip_measured for each in (*self.manoeuvres, *self.others))
-
-    def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
-        """Settings of the structure search, with more candidates where kinematics do not check instruments or air.
-
-        `closed`: whether vanes and airspeed agree with the path reconstructed from gyros and accelerometers.
-        """
-        compared = self.aircraft.axes in compatibility.CASES
-        return replace(settings, instruments_compared=compared, air_judged=compared or closed)
-
-    def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
-        """Candidate hypotheses: terms, and with the whole catalogue the effects that these flights can show."""
-        terms = term_hypotheses(self.candidates)
-        if catalogue == "terms":
-            return terms
-        return terms + effect_hypotheses(self.declared, self.manoeuvres, self.aircraft.coefficients)
 
 
 @dataclass(frozen=True)
@@ -135,12 +57,8 @@ class MethodResult:
     agreement: KinematicConsistency | None = None
 
 
-KINEMATICS_FIRST: tuple[Method, ...] = ("evidence", "equations")
-"""Methods that begin with the data compatibility check."""
-
-
 def run_method(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
-    """Run the method selected in the settings.
+    """Run the method selected in the settings; of the problem with its instrument errors where they were asked for.
 
     Raises
     ------
@@ -153,9 +71,7 @@ def run_method(problem: IdentificationProblem, settings: LoopSettings, progress:
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
-    checked = settings.kinematics or (settings.catalogue == "all" and settings.method in KINEMATICS_FIRST)
-    instrument_errors = _instrument_errors(problem, settings) if checked and problem.is_reconstructed else None
-    return methods[settings.method](replace(problem, instrument_errors=instrument_errors), settings, progress)
+    return methods[settings.method](problem, settings, progress)
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
@@ -224,20 +140,6 @@ def by_equations(problem: IdentificationProblem, settings: LoopSettings, progres
     if instrument_errors is None or settings.catalogue == "terms":
         return by_likelihood(problem, settings, progress)
     return _by_equations(instrument_errors, problem, settings, progress)
-
-
-def _instrument_errors(problem: IdentificationProblem, settings: LoopSettings) -> InstrumentErrors | None:
-    """Instrument errors identified by the kinematic equations, independent of any aerodynamic model."""
-    return identify_instrument_errors(
-        problem.declared,
-        problem.free,
-        problem.given,
-        problem.hypotheses("all"),
-        problem.manoeuvres,
-        problem.others,
-        settings.equation_error,
-        length=problem.aircraft.length,
-    )
 
 
 def _by_equations(

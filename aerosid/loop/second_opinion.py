@@ -10,7 +10,8 @@ import numpy as np
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import on_log, respond
-from aerosid.loop.methods import IdentificationProblem, MethodResult, by_model_error
+from aerosid.loop.identification_problem import IdentificationProblem
+from aerosid.loop.methods import MethodResult, by_model_error
 from aerosid.loop.model_validation.open_loop_errors import noise_doubts
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.flight_sweeps.swept_model import SweepSettings

@@ -14,7 +14,8 @@ from aerosid.errors import EstimationError, UsageError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem, run_method
+from aerosid.loop.identification_problem import IdentificationProblem
+from aerosid.loop.methods import run_method
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.second_opinion import note_without_second_opinion, second_opinion
 from aerosid.loop.settings import METHODS, LoopSettings

@@ -14,7 +14,8 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem, by_model_error
+from aerosid.loop.identification_problem import IdentificationProblem
+from aerosid.loop.methods import by_model_error
 from aerosid.loop.settings import LoopSettings
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named

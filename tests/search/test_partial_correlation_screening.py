@@ -13,7 +13,7 @@ from aerosid.estimation.manoeuvre import prepare
 from aerosid.estimation.score_test import Score
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem
+from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps, is_seen
 from aerosid.model_error.paper_chain.chain import ChainSettings
 from aerosid.search.partial_correlation.attribution import swept_start

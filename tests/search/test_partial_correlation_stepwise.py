@@ -17,7 +17,8 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem, by_model_error
+from aerosid.loop.identification_problem import IdentificationProblem
+from aerosid.loop.methods import by_model_error
 from aerosid.loop.settings import LoopSettings
 from aerosid.model_error.aircraft_error.forward_estimate import estimate_aircraft_error
 from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps

@@ -11,7 +11,7 @@ from problems import LIGHT, Problem
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.estimation.score_test import Score
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem
+from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps, is_seen
 from aerosid.model_error.flight_sweeps.swept_model import Sweep
 from aerosid.model_error.paper_chain.chain import ChainSettings

@@ -13,7 +13,7 @@ from aerosid.effects.kinds import Signal
 from aerosid.estimation.manoeuvre import prepare
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import declared_with_candidates
-from aerosid.loop.methods import IdentificationProblem
+from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps
 from aerosid.model_error.flight_sweeps.swept_model import Sweep, SweepSettings, SweptModel
 from aerosid.model_error.paper_chain.chain import ChainSettings
