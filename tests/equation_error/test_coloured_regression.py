@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from aerosid.equation_error.regression.coloured_regression import colour_of, fit_colour, shared_colour, with_own_colours
+from aerosid.equation_error.regression.coloured_regression import Colour, colour_of
 from aerosid.equation_error.regression.design import Design, Weights, log_likelihoods, regress, solve
+from aerosid.equation_error.regression.residual_colours import Coloured, ColourGroups, coloured
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
@@ -17,6 +18,18 @@ COLOURS = {
     "drift": np.array([1.0, -0.9]),
     "resonance": np.real(np.poly([0.8 * np.exp(0.7j), 0.8 * np.exp(-0.7j), 0.5, -0.3])),
 }
+
+
+def colours_of(parts: list[Array], order: int, longest: float = np.inf, *, may_differ: bool = False) -> Coloured:
+    """Colours of residuals that are one group."""
+    bounds = np.cumsum([0, *(part.size for part in parts)])
+    groups = ColourGroups(np.arange(len(parts)), np.array([0, len(parts)]), np.array([longest]), np.array([may_differ]))
+    return coloured(np.concatenate(parts), bounds, np.zeros(len(parts)), groups, order)
+
+
+def colour_found(parts: list[Array], longest: float) -> Colour:
+    """The shared colour of residuals, of order four."""
+    return colours_of(parts, 4, longest).colours[0]
 
 
 def covariance(weights: Array, samples: int) -> Array:
@@ -92,15 +105,15 @@ def test_burg_s_method_estimates_the_shared_colour() -> None:
     generator = np.random.default_rng(4)
     weights = COLOURS["resonance"]
     records = [size * lfilter([1.0], weights, generator.standard_normal(4000)) for size in (1.0, 50.0)]
-    found = fit_colour(records, [float(np.std(r)) for r in records], 4, np.inf)
+    found = colour_found(records, np.inf)
     np.testing.assert_allclose(found.weights, weights, atol=0.05)
 
 
 def test_pole_memory_is_bounded() -> None:
     walk = np.random.default_rng(5).standard_normal(800).cumsum()
-    found = fit_colour([walk], [1.0], 4, 10.0)
+    found = colour_found([walk], 10.0)
     assert np.max(np.abs(np.roots(found.weights))) <= np.exp(-0.1) + 1e-9
-    free = fit_colour([walk], [1.0], 4, np.inf)
+    free = colour_found([walk], np.inf)
     assert np.max(np.abs(np.roots(free.weights))) > 0.97
 
 
@@ -142,10 +155,9 @@ def test_a_step_in_one_record_gains_as_its_score_while_the_other_remains(seed: i
 
 def own_or_shared_colours(parts: list[Array], order: int) -> tuple[int, float]:
     """Number of colours estimated from residuals, and the rise of ln L over the shared one."""
-    rough, floors = [float(np.std(part)) for part in parts], [1e-12] * len(parts)
-    shared = shared_colour(parts, rough, floors, order, np.inf)
-    found = with_own_colours(shared, parts, rough, floors, order, np.inf)
-    return len({colour.weights.tobytes() for colour in found.colours}), found.likelihood - shared.likelihood
+    shared, found = (colours_of(parts, order, may_differ=may_differ) for may_differ in (False, True))
+    rise = float(found.log_likelihoods[0] - shared.log_likelihoods[0])
+    return len({colour.weights.tobytes() for colour in found.colours}), rise
 
 
 def test_records_of_equal_colour_and_different_size_share_it() -> None:
@@ -204,7 +216,7 @@ def test_a_step_in_each_record_gains_as_in_a_single_record(seed: int) -> None:
 def test_only_poles_of_long_memory_are_moved_inward() -> None:
     poles = np.array([0.999, 0.6 + 0.3j, 0.6 - 0.3j, -0.2])
     residuals = lfilter([1.0], np.real(np.poly(poles)), np.random.default_rng(3).standard_normal(20000))
-    free, held = (fit_colour([residuals], [1.0], 4, longest).weights for longest in (np.inf, 50.0))
+    free, held = (colour_found([residuals], longest).weights for longest in (np.inf, 50.0))
     limit = np.exp(-1.0 / 50.0)
     found = np.roots(free)
     np.testing.assert_allclose(held, np.real(np.poly(found * np.minimum(1.0, limit / np.abs(found)))), atol=1e-12)
@@ -222,3 +234,25 @@ def test_segments_are_whitened_by_their_own_colours() -> None:
         for colour, size, a, b in zip(colours, sizes, bounds[:-1], bounds[1:], strict=True)
     ]
     np.testing.assert_allclose(weights.whitened(values, bounds), np.vstack(expected), atol=1e-13)
+
+
+def test_groups_are_coloured_independently_of_each_other_and_of_their_order() -> None:
+    generator = np.random.default_rng(6)
+    poles = (0.9, -0.4, 0.9, -0.4, 0.2)
+    parts = [lfilter([1.0], [1.0, -pole], generator.standard_normal(300)) for pole in poles]
+    bounds, floors = np.cumsum([0, *(part.size for part in parts)]), np.array([0.0, 0.0, 0.0, 50.0, 0.0])
+    members, first = np.array([0, 2, 4, 1, 3]), np.array([0, 3, 5])
+    groups = ColourGroups(members, first, np.array([np.inf, 20.0]), np.array([True, False]))
+    found = coloured(np.concatenate(parts), bounds, floors, groups, 3)
+    one = colours_of([parts[0], parts[2], parts[4]], 3, may_differ=True)
+    assert len({colour.weights.tobytes() for colour in one.colours}) == 3
+    for s, colour in zip((0, 2, 4), one.colours, strict=True):
+        np.testing.assert_array_equal(found.colours[s].weights, colour.weights)
+        np.testing.assert_array_equal(found.colours[s].start, colour_of(colour.weights).start)
+    other = found.colours[1], found.colours[3]
+    np.testing.assert_array_equal(other[0].weights, other[1].weights)
+    for s, colour in enumerate(found.colours):
+        innovations = colour.whitened(parts[s][:, None])[:, 0]
+        np.testing.assert_allclose(found.white[bounds[s] : bounds[s + 1]], innovations, atol=1e-12)
+        size = max(float(np.sqrt(np.mean(innovations**2))), floors[s])
+        assert found.sizes[s] == pytest.approx(size, rel=1e-12)

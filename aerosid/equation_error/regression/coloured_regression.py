@@ -7,7 +7,6 @@ first p samples' covariance for s = 1. Kay, Modern Spectral Estimation, chapters
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -162,53 +161,6 @@ def _step_down(weights: Array, order: int) -> None:
         weights[order // 2] = (middle - reflection * middle) / rest
 
 
-def fit_colour(residuals: Sequence[Array], sizes: Sequence[float], order: int, longest: float) -> Colour:
-    """The autoregression shared by several residuals, by Burg's method on all of them together.
-
-    Parameters
-    ----------
-    residuals : sequence of ndarray, shape (N,)
-        One per record.
-    sizes : sequence of float
-        Standard deviations by which they are divided.
-    order : int
-        Samples; less where the records are short.
-    longest : float
-        Longest memory of a pole, samples.
-    """
-    return colour_of(_burg_s_weights(_Stacked.of(residuals), np.array(sizes, dtype=np.float64), order, longest))
-
-
-@dataclass(frozen=True)
-class _Stacked:
-    """Residuals of several records in sequence, (R,), and the first row of each, (S + 1,)."""
-
-    values: Array
-    bounds: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, parts: Sequence[Array]) -> _Stacked:
-        bounds = np.zeros(len(parts) + 1, dtype=np.int64)
-        np.cumsum([part.size for part in parts], out=bounds[1:])
-        return cls(np.concatenate(parts), bounds)
-
-    def each(self, values: Array) -> tuple[Array, ...]:
-        """Each record's part of values (R,)."""
-        return tuple(values[a:b] for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True))
-
-
-def _burg_s_weights(stacked: _Stacked, sizes: Array, order: int, longest: float) -> Array:
-    """The whitening filter by Burg's method, its poles' memory limited."""
-    limit = _limit(longest)
-    weights, is_within = _burg(stacked.values, stacked.bounds, sizes, order, limit)
-    return np.asarray(weights if is_within else _shortened(weights, limit))
-
-
-def _limit(longest: float) -> float:
-    """Radius within which poles of a memory of no more than so many samples lie."""
-    return min(float(np.exp(-1.0 / longest)), 0.999)
-
-
 @njit
 def _burg(values: Array, bounds: NDArray[np.int64], sizes: Array, order: int, limit: float) -> tuple[Array, bool]:
     """Weights of the autoregression shared by parts of `values` (R,), and whether its poles lie within `limit`."""
@@ -304,68 +256,18 @@ def _innovations(
     return white, sizes, likelihood
 
 
-@dataclass(frozen=True)
-class Coloured:
-    """Ln L of some residuals with the colour of each, their innovations and the innovations' sizes."""
-
-    likelihood: float
-    colours: tuple[Colour, ...]
-    white: tuple[Array, ...]
-    sizes: Array
-
-
-def with_own_colours(
-    shared: Coloured,
-    parts: Sequence[Array],
-    rough: Sequence[float],
-    floors: Sequence[float],
-    order: int,
-    longest: float,
-) -> Coloured:
-    """Each record with its own colour where Schwarz's criterion prefers that to a shared one.
-
-    A record in other air, or with an undeclared effect that others lack, biases the shared colour: step changes in two
-    records make the noise of either look slow, and are absorbed by it.
-    """
-    if len(parts) == 1:
-        return shared
-    own = [
-        shared_colour([part], [size], [floor], order, longest)
-        for part, size, floor in zip(parts, rough, floors, strict=True)
-    ]
-    likelihood = sum(each.likelihood for each in own)
-    penalty = 0.5 * order * (len(parts) - 1) * float(np.log(sum(part.size for part in parts)))
-    if likelihood - penalty <= shared.likelihood:
-        return shared
-    return Coloured(
-        likelihood,
-        tuple(colour for each in own for colour in each.colours),
-        tuple(white for each in own for white in each.white),
-        np.concatenate([each.sizes for each in own]),
-    )
-
-
-def shared_colour(
-    parts: Sequence[Array], rough: Sequence[float], floors: Sequence[float], order: int, longest: float
-) -> Coloured:
-    """The likeliest colour shared by residuals of several records, their innovations and the size of each.
+@njit
+def likeliest_colour(
+    values: Array, bounds: NDArray[np.int64], divisors: Array, floors: Array, order: int, limit: float
+) -> tuple[Array, Array, Array, Array, float]:
+    """The likeliest colour shared by parts of `values` (R,): weights, start, innovations, their sizes (S,), and ln L.
 
     Burg's method weights records by their divisors: with the sizes of their innovations it approximates maximum
     likelihood, and those are known once a colour is. Divided by its own size, a record with a step change has less
     weight than one without, and the shared colour becomes that of the quiet one.
+
+    `divisors`: standard deviations to begin with; `floors`: least sizes; `limit`: largest radius of a pole.
     """
-    stacked, limit = _Stacked.of(parts), _limit(longest)
-    weights, start, white, sizes, likelihood = _likeliest(
-        stacked.values, stacked.bounds, np.array(rough), np.array(floors), order, limit
-    )
-    return Coloured(likelihood, (Colour(weights, start),) * len(parts), stacked.each(white), sizes)
-
-
-@njit
-def _likeliest(
-    values: Array, bounds: NDArray[np.int64], divisors: Array, floors: Array, order: int, limit: float
-) -> tuple[Array, Array, Array, Array, float]:
-    """As `shared_colour`, of parts of `values` (R,): its weights, its start, innovations, their sizes, and ln L."""
     weights, start, white, sizes = np.ones(1), np.zeros((0, 0)), values, divisors
     best = -np.inf
     for turn in range(COLOUR_ROUNDS):

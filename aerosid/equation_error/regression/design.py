@@ -16,13 +16,11 @@ from aerosid.equation_error.equations.instrumental_variables import TRENDS
 from aerosid.equation_error.equations.points import Segment, Unknown, value_of
 from aerosid.equation_error.regression.coloured_regression import (
     Colour,
-    Coloured,
     colour_of,
-    shared_colour,
     whitened_segments,
-    with_own_colours,
 )
 from aerosid.equation_error.regression.declared_values import DeclaredUnknowns
+from aerosid.equation_error.regression.residual_colours import Coloured, ColourGroups, coloured
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import CONSTANT
 
@@ -72,6 +70,24 @@ class Design:
     def _rows(self) -> list[slice]:
         edges = self.bounds.tolist()
         return [slice(first, stop) for first, stop in pairwise(edges)]
+
+    def colour_groups(self, memory: float) -> tuple[list[tuple[str, float]], ColourGroups]:
+        """Equations whose segments may share a colour, and those segments.
+
+        `memory`: the longest of the noise of coefficients and lateral paths, s.
+        """
+        by_group: dict[tuple[str, float], list[int]] = {}
+        for s, group in enumerate(self.groups):
+            by_group.setdefault(group, []).append(s)
+        longest = [
+            memory / interval if equation not in KINEMATIC or equation in LATERAL_PATHS else np.inf
+            for equation, interval in by_group
+        ]
+        may_differ = [all(self.instruments[s] is None for s in members) for members in by_group.values()]
+        members = [s for each in by_group.values() for s in each]
+        first = np.zeros(len(by_group) + 1, dtype=np.int64)
+        np.cumsum([len(each) for each in by_group.values()], out=first[1:])
+        return [*by_group], ColourGroups(np.array(members), first, np.array(longest), np.array(may_differ))
 
     def extended(self, columns: Array, unknowns: Sequence[Unknown]) -> Design:
         """The design with further columns (R, K)."""
@@ -201,42 +217,30 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
 
 def residual_weights(design: Design, residuals: Array, settings: EquationErrorSettings) -> Weights:
     """Colours and sizes estimated from residuals (R,)."""
-    by_group: dict[tuple[str, float], list[int]] = {}
-    for s, group in enumerate(design.groups):
-        by_group.setdefault(group, []).append(s)
-    sizes = np.ones(len(design.segments))
-    colours = [colour_of(np.ones(1))] * len(design.segments)
-    excess: dict[tuple[str, float], float] = {}
-    for (equation, interval), members in by_group.items():
-        parts = [residuals[design.rows(s)] for s in members]
-        rough = [max(float(np.std(part)), 1e-300) for part in parts]
-        longest = np.inf
-        if equation not in KINEMATIC or equation in LATERAL_PATHS:
-            longest = settings.memory / interval
-        floors = [max(float(design.floors[s]), 1e-12) for s in members]
-        found = shared_colour(parts, rough, floors, settings.order, longest)
-        if all(design.instruments[s] is None for s in members):
-            found = with_own_colours(found, parts, rough, floors, settings.order, longest)
-        sizes[members] = found.sizes
-        for s, colour in zip(members, found.colours, strict=True):
-            colours[s] = colour
-        excess[equation, interval] = _excess(design, members, found, settings)
-        sizes[members] *= np.sqrt(excess[equation, interval])
-    return Weights(tuple(colours), sizes, excess)
+    names, groups = design.colour_groups(settings.memory)
+    found = coloured(residuals, design.bounds, design.floors, groups, settings.order)
+    excess = dict.fromkeys(names, 1.0)
+    sizes = found.sizes
+    if not uses_no_instruments(design):
+        for g, name in enumerate(names):
+            members = groups.members[groups.first[g] : groups.first[g + 1]]
+            excess[name] = _excess(design, members.tolist(), found, settings)
+            sizes[members] *= np.sqrt(excess[name])
+    return Weights(found.colours, sizes, excess)
 
 
-def _excess(design: Design, members: Sequence[int], coloured: Coloured, settings: EquationErrorSettings) -> float:
+def _excess(design: Design, members: Sequence[int], found: Coloured, settings: EquationErrorSettings) -> float:
     """Power of one equation's whitened residuals in the space of its instruments over their power in all directions.
 
     A low order does not whiten slow noise completely, and the response to the controls is slow: the noise is that which
     remains where the equation is compared, with the usual ratio as prior (scaled inverse chi squared).
     """
     free, power = 0, 0.0
-    for s, colour, white, size in zip(members, coloured.colours, coloured.white, coloured.sizes, strict=True):
+    for s in members:
         instruments = design.instruments[s]
         if instruments is not None:
-            basis = colour.whitened_basis(instruments)
-            power += float(np.sum((basis.T @ white) ** 2)) / size**2
+            basis = found.colours[s].whitened_basis(instruments)
+            power += float(np.sum((basis.T @ found.white[design.rows(s)]) ** 2)) / float(found.sizes[s]) ** 2
             free += freedom(design, s)
     if free == 0:
         return 1.0
