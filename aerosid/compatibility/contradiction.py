@@ -113,18 +113,20 @@ def _airspeed_unit(
     Tried before instrument errors: two free scale factors and delays, which are tolerated, can do as well as a factor
     of 0.51, but a ratio of two units leaves nothing free.
     """
-    before = max(misfits[name][0] for name in AIR if name in misfits)
+    before = {name: fraction for name, (fraction, _) in misfits.items()}
 
     def of_air(factor: float) -> tuple[float, bool]:
-        """Misfit of alpha and V with another airspeed, and whether all channels agree then."""
+        """Misfit of alpha and V, their geometric mean, with another airspeed, and whether all channels agree then."""
         changed = _with_channel(windows, "V", factor * windows.channel("V"))
-        after = _misfits_if_near(changed, settings)
-        if after is None:
+        found = _misfits(changed, settings, fit=FIRST_ROUND)
+        if _mean_in_air(found) * settings.falls_first > _mean_in_air(misfits):
             return np.inf, False
-        in_air = max(after[name][0] for name in AIR if name in after)
-        enough = settings.doubtful if in_air * settings.falls < before else settings.vanishes
-        remaining = max(fraction for fraction, _ in after.values())
-        return in_air, remaining < enough and not _contradicting_outputs(changed, settings, after)
+        found = _misfits(changed, settings)
+        after = {name: fraction for name, (fraction, _) in found.items()}
+        in_air = _mean_in_air(found)
+        is_worse = any(after[name] > max((1.0 + settings.beside) * before[name], settings.doubtful) for name in before)
+        enough = in_air * settings.falls < _mean_in_air(misfits) or max(after.values()) < settings.vanishes
+        return in_air, enough and not is_worse and not _contradicting_outputs(changed, settings, found)
 
     tried = [(*of_air(factor), factor, remedy) for factor, remedy in AIRSPEED]
     agreeing = sorted((in_air, factor, remedy) for in_air, agrees, factor, remedy in tried if agrees)
@@ -135,7 +137,14 @@ def _airspeed_unit(
     if min(of_air(factor)[0] for factor in beside) < settings.clearly * least:
         return None  # a scale factor error, which is near a ratio of units by chance
     remedies = [remedy for in_air, _, remedy in agreeing if settings.clearly * in_air < least]
-    return Contradiction(windows.log.name, ("V",), ", or ".join(remedies), before)
+    return Contradiction(
+        windows.log.name, ("V",), ", or ".join(remedies), max(before[name] for name in AIR if name in before)
+    )
+
+
+def _mean_in_air(misfits: dict[str, tuple[float, float]]) -> float:
+    """Geometric mean of the misfits of alpha and V: gusts may leave one of them large with any unit of airspeed."""
+    return float(np.exp(np.mean([np.log(max(misfits[name][0], 1e-12)) for name in AIR if name in misfits])))
 
 
 def _windows(recording: Recording, settings: ContradictionSettings) -> Recording | None:

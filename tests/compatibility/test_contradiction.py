@@ -17,6 +17,10 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting import write_report
+from benchmarks.turbulent_flights import BODIES, flown
+
+SEEDS = 8_300
+"""Of flights in turbulence; published tables and trials begin elsewhere."""
 
 G = 9.80665
 FLOWN = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=15.0, amplitude=0.06)
@@ -114,6 +118,16 @@ def test_an_airspeed_in_another_unit_is_named_in_moving_air() -> None:
     (found,) = judged(with_channels(moving, V=moving["V"] / 3.6))
     assert found.channels == ("V",)
     assert "m/s and not km/h (a factor of 3.600)" in found.sentence
+
+
+@pytest.mark.parametrize("place", [pytest.param(0, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow), 4])
+def test_an_airspeed_in_knots_is_named_in_turbulence_that_dominates_both_channels(place: int) -> None:
+    """Gusts of 0.6 m/s leave a misfit of V and alpha with any unit; together they fall with the right one."""
+    log = flown("a", BODIES[place % len(BODIES)], SEEDS + place, air=0.6, seconds=24.0)
+    assert not judged(log)
+    (found,) = judged(with_channels(log, V=log["V"] / 0.514444))
+    assert found.channels == ("V",)
+    assert "knots and not m/s" in found.remedy
 
 
 @pytest.mark.parametrize("factor", [0.7, pytest.param(0.85, marks=pytest.mark.slow), 1.3])
