@@ -8,7 +8,7 @@ which the others agree is named; else those that contradict each other.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,18 +114,20 @@ def _airspeed_unit(
     of 0.51, but a ratio of two units leaves nothing free.
     """
     before = {name: fraction for name, (fraction, _) in misfits.items()}
+    in_air_before = _mean_in_air(misfits)
 
     def of_air(factor: float) -> tuple[float, bool]:
         """Misfit of alpha and V, their geometric mean, with another airspeed, and whether all channels agree then."""
         changed = _with_channel(windows, "V", factor * windows.channel("V"))
-        found = _misfits(changed, settings, fit=FIRST_ROUND)
-        if _mean_in_air(found) * settings.falls_first > _mean_in_air(misfits):
+        found = _misfits_if_near(
+            changed, settings, lambda first: _mean_in_air(first) * settings.falls_first <= in_air_before
+        )
+        if found is None:
             return np.inf, False
-        found = _misfits(changed, settings)
         after = {name: fraction for name, (fraction, _) in found.items()}
         in_air = _mean_in_air(found)
         is_worse = any(after[name] > max((1.0 + settings.beside) * before[name], settings.doubtful) for name in before)
-        enough = in_air * settings.falls < _mean_in_air(misfits) or max(after.values()) < settings.vanishes
+        enough = in_air * settings.falls < in_air_before or max(after.values()) < settings.vanishes
         return in_air, enough and not is_worse and not _contradicting_outputs(changed, settings, found)
 
     tried = [(*of_air(factor), factor, remedy) for factor, remedy in AIRSPEED]
@@ -196,13 +198,16 @@ def _misfits(
     return result
 
 
-def _misfits_if_near(changed: Recording, settings: ContradictionSettings) -> dict[str, tuple[float, float]] | None:
-    """The misfits of a recording with a remedy; None where it is hopeless after the fit's first round.
+def _misfits_if_near(
+    changed: Recording,
+    settings: ContradictionSettings,
+    is_near: Callable[[dict[str, tuple[float, float]]], bool],
+) -> dict[str, tuple[float, float]] | None:
+    """The misfits of a recording with a remedy; None where those after the fit's first round are not near.
 
-    Most remedies are: with the right one the noise's variances, which later rounds estimate, hardly matter.
+    Most remedies are hopeless: with the right one the noise's variances, which later rounds estimate, hardly matter.
     """
-    first = _misfits(changed, settings, fit=FIRST_ROUND)
-    return _misfits(changed, settings) if max(fraction for fraction, _ in first.values()) < settings.hopeless else None
+    return _misfits(changed, settings) if is_near(_misfits(changed, settings, fit=FIRST_ROUND)) else None
 
 
 def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveEffect]:
@@ -301,7 +306,9 @@ def _diagnosed(
     enough = settings.agrees if contradicting else settings.vanishes
     best: tuple[float, str, str] | None = None
     for channel, remedy, changed in _remedies(windows, channels, settings):
-        after = _misfits_if_near(changed, settings)
+        after = _misfits_if_near(
+            changed, settings, lambda first: max(fraction for fraction, _ in first.values()) < settings.hopeless
+        )
         if after is None:
             continue
         remaining = max(after[name][0] for name in {*suspects, inconsistent} if name in after)

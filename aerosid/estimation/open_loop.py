@@ -155,12 +155,23 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre, fuller: Refinement | Non
     time = manoeuvre.flight.time
     log = manoeuvre.name, float(time[0]), int(time.size)
     if log not in completed.placed:
-        grid: list[float] | None = None
-        if fuller is not None and log in fuller.placed:
-            there = {instant_of(a) for a in fuller.placed[log] if is_step_change(a) and a.log == manoeuvre.name}
-            grid = [at - float(time[0]) for at in sorted(there)]
+        near = None if fuller is None else fuller.placed.get(log)
+        grid = _instants_of(near, manoeuvre) if near is not None else _instants_anywhere(step_changes, time)
         completed.placed[log] = _with_fitted_instants(completed, manoeuvre, own, step_changes, grid)
     return completed.placed[log]
+
+
+def _instants_of(placed: Sequence[ActiveEffect], manoeuvre: Manoeuvre) -> list[float]:
+    """Instants of a log's own step changes, s from its start."""
+    own = {instant_of(active) for active in placed if is_step_change(active) and active.log == manoeuvre.name}
+    return [at - float(manoeuvre.flight.time[0]) for at in sorted(own)]
+
+
+def _instants_anywhere(step_changes: Sequence[ActiveEffect], time: NDArray[np.float64]) -> list[float]:
+    """Instants on a whole log, s from its start: those of the step changes on their own logs, and a grid."""
+    shifts = [instant_of(active) - time[0] for active in step_changes]
+    span = float(np.ptp(time))
+    return [*np.clip(shifts, 0.0, span).tolist(), *(span * np.linspace(0.05, 0.95, 19)).tolist()]
 
 
 def _with_fitted_instants(
@@ -168,16 +179,15 @@ def _with_fitted_instants(
     manoeuvre: Manoeuvre,
     own: tuple[ActiveEffect, ...],
     step_changes: Sequence[ActiveEffect],
-    grid: Sequence[float] | None,
+    grid: Sequence[float],
 ) -> tuple[ActiveEffect, ...]:
     """The effects of a log with step changes at the instant of best fit, or without them.
 
-    `grid`: instants from its start, s, from which that is looked for; by default on the whole log.
+    `grid`: instants from its start, s, from which that is looked for; without any there are no step changes.
     """
-    if grid is not None and not grid:
+    if not grid:
         return own
     time = manoeuvre.flight.time
-    shifts = [instant_of(active) - time[0] for active in step_changes]
     span = float(np.ptp(time))
     likelihood = Likelihood(completed.model, (manoeuvre,), (), filtering=False)
     state = respond(completed.model, manoeuvre, completed.variance, effects=own).states[0]
@@ -195,8 +205,6 @@ def _with_fitted_instants(
         return cost
 
     interval = manoeuvre.interval
-    if grid is None:
-        grid = [*np.clip(shifts, 0.0, span).tolist(), *(span * np.linspace(0.05, 0.95, 19)).tolist()]
     best = min((None, *grid), key=misfit)
     if best is None:
         return own
