@@ -57,7 +57,7 @@ class Compilations(event.Listener):
 event.register("numba:compile", Compilations())
 if sys.argv.pop(1) == "alone":
     import aerosid.compiled.merged_kernels as merged_kernels
-    merged_kernels.merge_into_callers = lambda dispatcher: dispatcher
+    merged_kernels.merge_into_callers = lambda dispatcher, optimised: dispatcher
 from aerosid.cli.main import main
 main(sys.argv[1:])
 print(f"COMPILED {count} {seconds:.1f}")
@@ -192,6 +192,8 @@ def _say(line: str) -> None:
 
 
 def _compiled(took: Run) -> str:
+    if "Written: " not in took.output:
+        raise SystemExit("first_use: close-loop wrote no report; run it by itself to see why.")
     count, seconds = took.output.rsplit("COMPILED ", 1)[1].split()
     return f"{count} functions lowered or compiled in {seconds} s of processor time"
 
