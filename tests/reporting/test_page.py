@@ -359,6 +359,19 @@ def test_a_channel_that_fits_less_well_corrected_is_explained(result: ClosedLoop
     assert "fits less well" not in text(0.030)
 
 
+@pytest.mark.parametrize("rest", ["", "A residual of 0.5 deg remains. Check the signs."])
+def test_the_first_sentence_of_the_summary_is_the_headline(result: ClosedLoop, rest: str) -> None:
+    """The checks that follow are read, not seen from across the room; decimals do not end a sentence."""
+    first = "The declared model lacks a sensor delay of alpha (0.1655 ± 0.0090 s)."
+    made = dataclasses.replace(result, summary=f"{first} {rest}".strip())
+    body = {s.name: text for s, text in compose(made).parts}["decision"]
+    headline = re.search(r'<p class="summary">(.*?)</p>', body, re.DOTALL)
+    assert headline is not None
+    assert headline[1].endswith("s).")
+    assert "residual" not in headline[1]
+    assert body.count("Check the signs.") == bool(rest)
+
+
 def test_two_methods_are_compared_by_one_measure_in_sentence_and_table(result: ClosedLoop) -> None:
     """Their errors over the noise, medians each, may stand the other way round than the median of their ratios."""
     rows = (

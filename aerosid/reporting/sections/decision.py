@@ -17,7 +17,10 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     """Verdict, effects, and the error before and after on the flights that were not used for the fit."""
     rows = headline_rows(result)
     scale = noise_scale(rows) if noise_is_the_measure(result) else None
+    lead, stop, rest = result.summary.partition(". ")
     return {
+        "lead": lead + stop.strip(),
+        "rest": rest,
         "tone": TONES[result.verdict],
         "verdict": result.verdict.name.lower().replace("_", " "),
         "meaning": result.verdict.value,
