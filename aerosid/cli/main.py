@@ -269,7 +269,7 @@ def close_loop_command(
     made = provenance(context.obj or (), settings, analyst, remarks)
     from aerosid.compiled.cores import available, on_cores
     from aerosid.loop.verdict import Verdict
-    from aerosid.reporting import print_next_flight, print_predictions, print_summary
+    from aerosid.reporting import print_consequences, print_summary
     from aerosid.reporting.printing import printing
 
     output = console()
@@ -284,8 +284,7 @@ def close_loop_command(
             made,
         )
         paper = printer(result)
-        print_predictions(result, output)
-        print_next_flight(result, output)
+        print_consequences(result, output)
         from aerosid.reporting.result_json import result_text
         from aerosid.reporting.writing import write_report
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
-from aerosid.compiled.cores import allowed, begun
+from aerosid.compiled.cores import begun
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
 from aerosid.logs.flight_log import FlightLog
@@ -82,7 +82,7 @@ def close_loop(
         Called with the name of each stage as it begins.
     judged : callable
         Given verdict, findings and errors as soon as they are known: the result that is returned, yet without d(t),
-        the paper's chain, linear models and the next flight, none of which changes them.
+        the cross-check by it, the paper's chain, linear models and the next flight, none of which changes them.
     hold_out : sequence of FlightLog
         Manoeuvres that are predicted by the completed model and used in no decision.
     provenance : Provenance
@@ -114,16 +114,10 @@ def close_loop(
     completion = fix_insignificant(identified.found, identified.aircraft, identified.search, excited=excited)
     known = _Judged(identified, identified.found, identified.search, verdict, completion)
     result = _judged(known, settings, progress, signed)
-    # Started before waiting for the second opinion, since a core would be idle otherwise; and so is d(t).
     consequences = begun(lambda: _consequences(result, known, requirement, settings))
-    pictures: ModelErrorPictures | None = None
-    waits = identified.pending_opinion is not None and allowed() > 1
-    if waits:
-        pictures = _pictures(known, settings, progress)
-    result = replace(result, second_opinion=identified.second_opinion)
     judged(result)
-    if not waits:
-        pictures = _pictures(known, settings, progress)
+    pictures = _pictures(known, settings, progress)
+    result = replace(result, second_opinion=identified.second_opinion)
     progress("designing the next flight")
     return _completed(result, known, pictures, consequences(), settings)
 

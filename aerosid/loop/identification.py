@@ -6,6 +6,7 @@ logs, aircraft -> manoeuvres -> data compatibility check -> the declared structu
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -158,6 +159,7 @@ def identify(
     # Its cost is a multiple of the equations', and in turbulence d(t) contains the turbulence.
     if cross_checked and result.method == "likelihood":
         progress("cross-checking with the model error d(t)")
+        importlib.import_module("scipy.optimize")  # each of the copies made from now on would import it for itself
         second = begun(lambda: second_opinion(problem, result, settings))
     return Identification(
         aircraft,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from aerosid.reporting.console import print_next_flight, print_predictions, print_summary
+    from aerosid.reporting.console import print_consequences, print_predictions, print_summary
     from aerosid.reporting.page import report_html
     from aerosid.reporting.result_json import result_file
     from aerosid.reporting.result_schema import ResultFile
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "ResultFile": "result_schema",
-    "print_next_flight": "console",
+    "print_consequences": "console",
     "print_predictions": "console",
     "print_summary": "console",
     "report_html": "page",
@@ -29,7 +29,7 @@ _HOMES = {
 
 __all__ = [
     "ResultFile",
-    "print_next_flight",
+    "print_consequences",
     "print_predictions",
     "print_summary",
     "report_html",

@@ -46,15 +46,27 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_effects("Effects missing from the declared model", result.effects))
     if result.alternatives:
         console.print(_effects("Indistinguishable alternatives", result.alternatives))
-    if result.second_opinion is not None:
-        console.print(Text(in_words(result.second_opinion.sentence)), soft_wrap=True)
-        if len(result.second_opinion.structures) > 1:
-            console.print(_structures(result.second_opinion))
     if result.derivatives:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
         rows = [row for row in result.errors if (row.log, row.role) == (log, role)]
         console.print(_errors(log, label_of(role, result), rows))
+
+
+def print_consequences(result: ClosedLoop, console: Console) -> None:
+    """Prints what is computed after the summary: the cross-check, predictions and the next flight."""
+    _print_second_opinion(result, console)
+    print_predictions(result, console)
+    _print_next_flight(result, console)
+
+
+def _print_second_opinion(result: ClosedLoop, console: Console) -> None:
+    """Prints the cross-check by the model error d(t), with the structures side by side where the methods differ."""
+    if result.second_opinion is None:
+        return
+    console.print(Text(in_words(result.second_opinion.sentence)), soft_wrap=True)
+    if len(result.second_opinion.structures) > 1:
+        console.print(_structures(result.second_opinion))
 
 
 def print_predictions(result: ClosedLoop, console: Console) -> None:
@@ -65,7 +77,7 @@ def print_predictions(result: ClosedLoop, console: Console) -> None:
         console.print(_predictions(last.log, label_of(last.role, result), rows))
 
 
-def print_next_flight(result: ClosedLoop, console: Console) -> None:
+def _print_next_flight(result: ClosedLoop, console: Console) -> None:
     """Prints the next flight, where there is an open question."""
     if result.next_flight is not None:
         console.print(Text(in_words(_next_flight(result.next_flight))), soft_wrap=True)

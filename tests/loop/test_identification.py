@@ -60,8 +60,10 @@ def squares() -> ClosedLoop:
 
 
 def test_what_is_told_first_is_what_is_returned(squares: ClosedLoop) -> None:
-    """The verdict waits neither for d(t) nor for the next flight, and neither changes it."""
+    """The verdict waits neither for d(t), nor for the cross-check by it, nor for the next flight; none changes it."""
     (early,) = EARLY
+    assert early.second_opinion is None
+    assert squares.second_opinion is not None
     assert (early.verdict, early.summary, early.errors) == (squares.verdict, squares.summary, squares.errors)
     assert early.coefficients == squares.coefficients
     for first, last in zip(early.effects, squares.effects, strict=True):
