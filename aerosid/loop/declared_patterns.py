@@ -1,7 +1,8 @@
 """Patterns between declared and estimated derivatives that indicate an error of a file and not aerodynamics.
 
 A wrong mass, wing area or density scales all of C_Z and C_X by one factor, a wrong moment of inertia or chord all of
-C_m; a derivative per degree is off by a factor of 57.3, one per q c/V by 2; a sign convention reverses a sign, and so
+C_m, an airspeed in another unit the static derivatives of all coefficients by the square of the units' ratio; a
+derivative per degree is off by a factor of 57.3, one per q c/V by 2; a sign convention reverses a sign, and so
 does an accelerometer far from its declared position.
 """
 
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.aircraft import Aircraft
+from aerosid.compatibility.remedies import SPEEDS
 from aerosid.effects.sensor_position import farthest_place
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
@@ -99,7 +101,8 @@ def notes_on_patterns(
         Whose derivatives they are, for the position of the accelerometer.
     """
     tested = [row for row in rows if _known(row)]
-    common = _common_factors(tested, settings)
+    misread = _misread_airspeed(tested, settings)
+    common = [] if misread else _common_factors(tested, settings)
     shared = {coefficient for coefficient, _ in common}
     lagged = {row.coefficient for row in rows if "alpha_dot_hat" in row.term}
     turned = _reversed_controls(tested, settings)
@@ -122,11 +125,18 @@ def notes_on_patterns(
 
     single = [
         sentence + elsewhere(row)
-        for row in tested
+        for row in (() if misread else tested)  # every one of them is off
         if row.term not in turned and (row.coefficient, row.term) not in by_inertia and (sentence := sentence_on(row))
     ]
     coupled = () if inertia is None else (sentence_on_inertia(inertia),)
-    return (*(sentence for _, sentence in common), *turned.values(), *coupled, *single, *_worse(errors, settings))
+    return (
+        *misread,
+        *(sentence for _, sentence in common),
+        *turned.values(),
+        *coupled,
+        *single,
+        *_worse(errors, settings),
+    )
 
 
 def _product_of_inertia(rows: Sequence[DerivativeRow], aircraft: Aircraft | None) -> InertiaChange | None:
@@ -173,6 +183,35 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
             )
             found.append((coefficient, sentence))
     return found
+
+
+def _misread_airspeed(rows: Sequence[DerivativeRow], settings: PatternSettings) -> tuple[str, ...]:
+    """Sentence on an airspeed in another unit, which divides all static derivatives by the square of its ratio.
+
+    Dynamic pressure alone does that to forces and moments alike; q c/(2 V) and V_hat contain the airspeed once more.
+    """
+    static = [row for row in rows if row.term in ("alpha", "beta") or row.term.startswith("delta_")]
+    ratios = [(row.coefficient, *_ratio(row)) for row in static]
+    certain = [(name, factor) for name, factor, error in ratios if error < settings.sharp * abs(factor)]
+    names = list(dict.fromkeys(name for name, _ in certain))
+    if len(certain) < settings.fewest or len(names) < 2 or any(factor <= 0.0 for _, factor in certain):
+        return ()
+    factors = np.array([factor for _, factor in certain])
+    # Knots and miles an hour are 15 % apart, as are their squares by 32 %: the nearer one is named.
+    others = [(unit, size) for unit, size in SPEEDS.items() if unit != "m/s"]
+    meant = {f"{unit} read as m/s": size**2 for unit, size in others}
+    meant |= {f"m/s read as {unit}": size**-2 for unit, size in others}
+    distance = {name: float(np.max(np.abs(np.log(factors / size)))) for name, size in meant.items()}
+    nearest = min(distance, key=distance.__getitem__)
+    if distance[nearest] > math.log(1.0 + settings.near):
+        return ()
+    listed = " and ".join((", ".join(names[:-1]), names[-1]))
+    sentence = (
+        f"The static derivatives of {listed} are {number(factors.min())} to {number(factors.max())} times the declared "
+        f"values, as with an airspeed in {nearest} ({number(meant[nearest])}): check the unit of V in the channel map, "
+        "then air density and wing area."
+    )
+    return (sentence,)
 
 
 def _reversed_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -> dict[str, str]:

@@ -52,6 +52,30 @@ def test_common_factors_of_lift_and_moment_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize(
+    ("speed", "words"),
+    [
+        (1.0 / 0.514444, "an airspeed in knots read as m/s (0.265)"),
+        (3.6, "an airspeed in km/h read as m/s (0.0772)"),
+        (1.0 / 0.3048, "an airspeed in ft/s read as m/s (0.0929)"),
+        (0.514444, "an airspeed in m/s read as knots (3.78)"),
+    ],
+)
+def test_an_airspeed_in_another_unit_is_one_pattern_of_all_coefficients(speed: float, words: str) -> None:
+    """Dynamic pressure is off by the square; rates over the airspeed, and what else is wrong, hide in the others."""
+    off = {"C_X": 1.1, "C_Z": 0.9, "C_m": 1.0}
+    (said,) = notes_on_patterns(rows(**{name: factor / speed**2 for name, factor in off.items()}, C_Z_q_hat=1.1), [])
+    assert words in said
+    assert "The static derivatives of C_X, C_Z and C_m are" in said
+
+
+def test_a_factor_of_forces_alone_or_of_no_unit_is_no_airspeed() -> None:
+    for factors in ({"C_X": 0.265, "C_Z": 0.265}, {"C_X": 0.5, "C_Z": 0.5, "C_m": 0.5}):
+        assert not any("airspeed" in sentence for sentence in notes_on_patterns(rows(**factors), []))
+    uncertain = [replace(row, std_error=0.3 * abs(row.value)) for row in rows(C_X=0.265, C_Z=0.265, C_m=0.265)]
+    assert not any("airspeed" in sentence for sentence in notes_on_patterns(uncertain, []))
+
+
+@pytest.mark.parametrize(
     ("name", "factor", "words"),
     [
         ("C_m_alpha", math.degrees(1.0), "C_m alpha is 57.3 times the declared value: is it declared per degree?"),
