@@ -62,9 +62,8 @@ def load(target_context: Any, payload: bytes) -> Any:
     library = _library(target_context.codegen(), name, *code)
     names = (described.llvm_func_name, described.llvm_cpython_wrapper_name, described.llvm_cfunc_wrapper_name)
     # Of the functions that were taken in, few have constants that the machine code asks for.
-    linked = [each for each in referenced if each.env_name.encode() in code[0]]
-    library.codegen._engine._defined_symbols.update(each for each in names if each.encode() in code[0])
-    library.codegen._engine._defined_symbols.update(each.env_name for each in linked)
+    linked = {each for each in (*names, *(env.env_name for env in referenced)) if each.encode() in code[0]}
+    library.codegen._engine._defined_symbols.update(linked)
     result = _compiler.compile_result(
         target_context=target_context,
         typing_context=target_context.typing_context,
@@ -79,8 +78,9 @@ def load(target_context: Any, payload: bytes) -> Any:
         reload_init=reload_init,
         referenced_envs=referenced,
     )
-    for each in linked:
-        library.codegen.set_env(each.env_name, each)
+    for each in referenced:
+        if each.env_name in linked:
+            library.codegen.set_env(each.env_name, each)
     return result
 
 

@@ -19,7 +19,7 @@ from aerosid.compatibility.remedies import SPEEDS
 from aerosid.effects.sensor_position import farthest_place
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
-from aerosid.notation import number, with_deviation
+from aerosid.notation import listed, number, with_deviation
 from aerosid.search.declared_inertia import InertiaChange, inertia_change, sentence_on_inertia
 
 __all__ = ["PatternSettings", "notes_on_patterns"]
@@ -205,11 +205,10 @@ def _misread_airspeed(rows: Sequence[DerivativeRow], settings: PatternSettings) 
     nearest = min(distance, key=distance.__getitem__)
     if distance[nearest] > math.log(1.0 + settings.near):
         return ()
-    listed = " and ".join((", ".join(names[:-1]), names[-1]))
     sentence = (
-        f"The static derivatives of {listed} are {number(factors.min())} to {number(factors.max())} times the declared "
-        f"values, as with an airspeed in {nearest} ({number(meant[nearest])}): check the unit of V in the channel map, "
-        "then air density and wing area."
+        f"The static derivatives of {listed(names)} are {number(factors.min())} to {number(factors.max())} times the "
+        f"declared values, as with an airspeed in {nearest} ({number(meant[nearest])}): check the unit of V in the "
+        "channel map, then air density and wing area."
     )
     return (sentence,)
 
