@@ -74,6 +74,11 @@ def instant_of(active: ActiveEffect) -> float:
     return active.numbers[1]
 
 
+def rise_of(effect: InputEffect) -> float:
+    """Time that a step change takes, s: twice the step of its instant."""
+    return 2.0 * effect.parameters[1].step
+
+
 def at_instant(active: ActiveEffect, time: float, log: str, interval: float) -> ActiveEffect:
     """The same step change at another instant, on the log of that name; the instant is one of its parameters."""
     assert isinstance(active.effect, InputEffect)

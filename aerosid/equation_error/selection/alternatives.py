@@ -15,20 +15,22 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Solution, uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     Candidate,
-    best_candidates,
     cached_candidates,
+    effect_candidates,
     full_identity,
+    in_either_order,
     limits_of,
     linearised,
-    score_candidates,
     size_penalty,
     with_hypothesis,
     within_limits,
 )
 from aerosid.equation_error.selection.penalties import SelectionCriterion, effects_of
 from aerosid.equation_error.selection.redundancy import is_redundant, non_redundant
+from aerosid.equation_error.selection.starting_values import MAINLY, step_changes_in_place_of
 from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, deletions, estimate_without
 from aerosid.equation_error.selection.wald_tests import null_value
@@ -224,7 +226,10 @@ def _estimated_replacements(
     reduced = estimate_without(selected, each)
     rest = [other for other in selected.chosen if other is not each]
     eligible = non_redundant(hypotheses, rest, [each.hypothesis.label])
-    candidates = cached_candidates(selected.cache, (each.hypothesis.label,), reduced, eligible)
+    candidates = [
+        *cached_candidates(selected.cache, (each.hypothesis.label,), reduced, eligible),
+        *_step_change_candidates(selected, each, reduced),
+    ]
     scored = score_candidates(reduced, candidates)
     least_margin = settings.alike_instruments if each.kinematic else settings.alike
     replacement = _Replacement(each, reduced, selected.estimate.gain_over(reduced), least_margin)
@@ -260,6 +265,16 @@ def _estimated_replacements(
                     )
                 )
     return sorted(rows, key=lambda row: row.deficit)
+
+
+def _step_change_candidates(selected: SelectedStructure, each: SelectedEffect, reduced: Estimate) -> list[Candidate]:
+    """Step changes that may replace an effect, those of the kinds selected left out."""
+    point = selected.estimate.point
+    effects = effects_of(point, each.hypothesis)  # at the estimated instant
+    coefficients = [name for name in MAINLY if any(name == of for of, _ in point.model.entries)]
+    steps = step_changes_in_place_of(reduced, replace(each.hypothesis, effects=effects), coefficients)
+    others = [hypothesis for hypothesis in steps if hypothesis.label not in selected.labels]
+    return effect_candidates(reduced.problem, reduced, in_either_order(others, reduced.point.effects))
 
 
 class _NotEstimated(NamedTuple):

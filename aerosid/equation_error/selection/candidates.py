@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,15 +17,7 @@ from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, farthest_place, sensor_position
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import (
-    Solution,
-    Weights,
-    compared,
-    design_of,
-    regress,
-    whiten,
-    whitened_instruments,
-)
+from aerosid.equation_error.regression.design import Solution, Weights, design_of, regress
 from aerosid.equation_error.regression.estimate import Estimate, Optimum, RegressionProblem, linear_values, residual_of
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.nomenclature import CHANNELS
@@ -301,87 +293,3 @@ def linearised(base: Estimate, candidate: Candidate) -> tuple[Solution, Hypothes
     """The regression with a candidate's columns, the colour re-estimated, and the hypothesis at its values."""
     solution = regressed_with(base, candidate.columns, base.solution.weights)
     return solution, at_regressed_values(candidate, solution.values[-candidate.columns.shape[1] :].tolist())
-
-
-@dataclass(frozen=True)
-class CandidateScores:
-    """First-order gains of candidates (score test).
-
-    Attributes
-    ----------
-    gains : ndarray, shape (C,)
-        In ln L at the base's colour.
-    independent : ndarray, shape (C,)
-        Fraction of each candidate's whitened columns that no other column explains, the least of its parameters.
-    """
-
-    gains: Array
-    independent: Array
-
-
-def score_candidates(base: Estimate, candidates: Sequence[Candidate]) -> CandidateScores:
-    """Score test of each candidate, and the independent fraction of its columns."""
-    gains, own = np.zeros(len(candidates)), np.zeros(len(candidates))
-    if not candidates:
-        return CandidateScores(gains, own)
-    stacked = np.column_stack([each.columns for each in candidates])
-    weights = base.solution.weights
-    bases = whitened_instruments(base.design, weights)
-    white = compared(base.design, whiten(base.design, stacked, weights), bases)
-    slopes, covariance = base.solution.slopes, base.solution.covariance
-    products = slopes.T @ white
-    innovations = base.solution.whitened
-    index = 0
-    for n, each in enumerate(candidates):
-        k = each.columns.shape[1]
-        whitened_part, along_known = white[:, index : index + k], products[:, index : index + k]
-        index += k
-        total = whitened_part.T @ whitened_part
-        residuals = total - along_known.T @ covariance @ along_known
-        own[n] = float(np.linalg.eigvalsh(residuals)[0]) / max(float(np.trace(total)), 1e-300)
-        if own[n] <= COLLINEAR:
-            continue
-        score = whitened_part.T @ innovations
-        if _points_away(each, score):
-            continue
-        gains[n] = 0.5 * float(score @ np.linalg.solve(residuals, score))
-    return CandidateScores(gains, own)
-
-
-def best_candidates(
-    scored: CandidateScores,
-    candidates: Sequence[Candidate],
-    most: int,
-    is_eligible: Callable[[int], bool] = lambda _n: True,
-) -> list[int]:
-    """Indices of the candidates of highest gain, one of each name, at most a given number."""
-    order: list[int] = []
-    names: set[tuple[str, ...]] = set()
-    for n in np.argsort(-scored.gains):
-        name = distinct_name(candidates[n].hypothesis)
-        if name not in names and is_eligible(int(n)):
-            names.add(name)
-            order.append(int(n))
-            if len(order) >= most:
-                break
-    return order
-
-
-def _points_away(candidate: Candidate, score: Array) -> bool:
-    """Whether a secant to a trial value predicts a value beyond the null.
-
-    Such a value is impossible, or nearer to another trial value.
-    """
-    if not candidate.hypothesis.effects or score.size > 1:
-        return False
-    first = candidate.hypothesis.effects[0].effect.parameters[0]
-    away = np.array([trial - first.null for trial in first.trials])
-    here = away[candidate.trial]
-    other_side = first.lowest < first.null if here > 0.0 else first.highest > first.null
-    if other_side and not (away.min() < 0.0 < away.max()):
-        return False
-    return bool(score[0] * here < 0.0)
-
-
-COLLINEAR = 1e-6
-"""Numerical: independent fraction, 1, below which a column is collinear with others: rounding of its square."""

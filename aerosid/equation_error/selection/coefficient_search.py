@@ -23,14 +23,18 @@ from aerosid.equation_error.selection.level_shifts import (
     without_shifts,
 )
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
-from aerosid.equation_error.selection.starting_values import is_control_term, shows_separation
+from aerosid.equation_error.selection.starting_values import (
+    is_control_term,
+    may_replace_separation,
+    shows_separation,
+)
 from aerosid.equation_error.selection.stepwise import (
     Admitted,
     SelectionHistory,
     forward_selection,
     with_flow_separation,
 )
-from aerosid.equation_error.selection.structure import SelectedStructure, penalised_likelihood
+from aerosid.equation_error.selection.structure import SelectedStructure, penalised_likelihood, point_without
 
 _Found = TypeVar("_Found")
 _Other = TypeVar("_Other")
@@ -203,7 +207,31 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
         lead = continued_value - restarted_value
         if lead < -problem.settings.clearly:
             found = restarted
-    return found
+    return _with_separation_for_terms(search, found)
+
+
+def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
+    """The structure with flow separation in place of its nonlinear terms of alpha, where that is likelier.
+
+    Separation is searched for at the start, where a large undeclared delay or step change can hide it.
+    """
+    problem = found.estimate.problem
+    terms = [each for each in found.chosen if may_replace_separation(each.hypothesis)]
+    is_separated = any(each.hypothesis.kind == "flow_separation" for each in found.chosen)
+    if not terms or is_separated or not shows_separation(problem):
+        return found
+    without = functools.reduce(point_without, terms, found.estimate.point)
+    reduced = SelectedStructure(
+        estimate(problem, without, found.estimate.solution.weights),
+        tuple(each for each in found.chosen if each not in terms),
+    )
+    separated = with_flow_separation(reduced, problem, search.criterion, search.coefficients, search.log)
+    if separated is None:
+        return found
+    separated = search.forward(separated, search.hypotheses, problem.settings.most)
+    by_terms, by_separation = search.penalised_likelihood(found), search.penalised_likelihood(separated)
+    search.log(f"  nonlinear terms of alpha {by_terms:.1f}, separation {by_separation:.1f}")
+    return separated if by_separation > by_terms else found
 
 
 def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:

@@ -14,7 +14,8 @@ import numpy as np
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.selection.candidates import score_candidates, term_candidates
+from aerosid.equation_error.selection.candidate_scores import score_candidates
+from aerosid.equation_error.selection.candidates import term_candidates
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.terms import parse_term
 

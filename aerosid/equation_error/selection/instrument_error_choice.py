@@ -19,11 +19,10 @@ from aerosid.equation_error.regression.estimate import (
     RegressionProblem,
     estimate,
 )
+from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
-    best_candidates,
     effect_candidates,
     linearised,
-    score_candidates,
     with_hypothesis,
     within_limits,
 )

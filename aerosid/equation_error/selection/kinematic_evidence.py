@@ -22,11 +22,11 @@ from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import MEASURED_BY, VANE_OF
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.candidate_scores import score_candidates
 from aerosid.equation_error.selection.candidates import (
     distinct_name,
     effect_candidates,
     linearised,
-    score_candidates,
     with_hypothesis,
     within_limits,
 )

@@ -26,15 +26,14 @@ from aerosid.equation_error.regression.estimate import (
     weights_restricted_to,
 )
 from aerosid.equation_error.selection.alternatives import last_parameter
+from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     CURRENT_MODEL,
     Candidate,
-    best_candidates,
     cached_candidates,
     is_instrument_error,
     linearised,
     regressed_with,
-    score_candidates,
     with_hypothesis,
 )
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch

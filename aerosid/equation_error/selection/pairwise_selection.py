@@ -17,16 +17,15 @@ import numpy as np
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Weights, uncoloured
 from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     CURRENT_MODEL,
     Candidate,
     at_regressed_values,
-    best_candidates,
     cached_candidates,
     distinct_name,
     linearised,
     regressed_with,
-    score_candidates,
     with_hypothesis,
 )
 from aerosid.equation_error.selection.penalties import SelectionCriterion, joint_penalty, schwarz_penalty

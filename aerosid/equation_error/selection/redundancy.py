@@ -1,4 +1,4 @@
-"""Redundant hypotheses: different errors of one channel, or of one distance, that are not identifiable together."""
+"""Redundant hypotheses: different errors of one channel, or of one distance, that replace one another."""
 
 from __future__ import annotations
 
@@ -11,8 +11,13 @@ from aerosid.equation_error.selection.structure import SelectedEffect
 CONTROL_DELAY_KINDS = frozenset({"control_delay", "control_lag"})
 """Kinds of time delay of a control."""
 
-EQUIVALENT_DELAYS = (frozenset({"sensor_delay", "sensor_lag", "sensor_position"}), CONTROL_DELAY_KINDS)
-"""Kinds that model the time delay of one channel: two of them on the same channel are not identifiable together."""
+SENSOR_DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag", "sensor_position"})
+"""Kinds that model the time delay of an instrument: two of them on one channel are not identifiable together."""
+
+EQUIVALENT_DELAYS = (SENSOR_DELAY_KINDS, CONTROL_DELAY_KINDS)
+"""Kinds that model the time delay of one channel. A lag and a delay of one control may both be in a structure: in the
+angular acceleration, the dead time is distinct from the exponential approach, and each is the other's alternative only
+where a single one suffices."""
 
 COLLINEAR_POSITIONS = (
     frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
@@ -30,9 +35,13 @@ def share_a_distance(one: Hypothesis, other: Hypothesis) -> bool:
 
 def are_redundant(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether two hypotheses both model the delay of one channel, or the distance between the same two sensors."""
+    return _replace_each_other(one, other, EQUIVALENT_DELAYS)
+
+
+def _replace_each_other(one: Hypothesis, other: Hypothesis, delays: Iterable[frozenset[str]]) -> bool:
     if share_a_distance(one, other):
         return True
-    return one.where == other.where and any(one.kind in kinds and other.kind in kinds for kinds in EQUIVALENT_DELAYS)
+    return one.where == other.where and any(one.kind in kinds and other.kind in kinds for kinds in delays)
 
 
 def is_redundant(hypothesis: Hypothesis, chosen: Sequence[SelectedEffect]) -> bool:
@@ -45,4 +54,9 @@ def non_redundant(
 ) -> list[Hypothesis]:
     """The hypotheses that can be tested in the presence of selected ones; `barred`: labels left out as well."""
     taken = {*barred, *(each.hypothesis.label for each in chosen)}
-    return [h for h in hypotheses if h.label not in taken and not is_redundant(h, chosen)]
+    return [
+        h
+        for h in hypotheses
+        if h.label not in taken
+        and not any(_replace_each_other(h, each.hypothesis, (SENSOR_DELAY_KINDS,)) for each in chosen)
+    ]

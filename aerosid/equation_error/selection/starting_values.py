@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, InputEffect
-from aerosid.effects.aerodynamic_terms import is_symmetric
+from aerosid.effects.aerodynamic_terms import is_symmetric, searched_parameters
 from aerosid.effects.cg_shift import cg_shift_step
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_change import step_change
+from aerosid.effects.step_input import instant_of, is_step_change, rise_of
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.instrumental_variables import CONTROLS
@@ -65,14 +66,45 @@ def step_change_hypotheses(
                 if moment is None:
                     continue
                 slow = rise > recording.interval
-                found.append(_at(step_change(coefficient, moment, rise), moment, recording.name, slow=slow))
-                if MAINLY[coefficient] == "C_X":
-                    found.append(_at(thrust_change(moment, rise), moment, recording.name, slow=slow))
-                elif coefficient == "C_m":
-                    found.append(_at(cg_shift_step("x", moment, rise), moment, recording.name, slow=slow))
-                elif coefficient == "C_l" and "w" in recording.manoeuvre.axes.integrated:
-                    found.append(_at(cg_shift_step("y", moment, rise), moment, recording.name, slow=slow))
+                found.extend(
+                    _at(effect, moment, recording.name, slow=slow)
+                    for effect in _step_changes(coefficient, recording, moment, rise)
+                )
     return found
+
+
+def _step_changes(coefficient: str, recording: Recording, moment: float, rise: float) -> list[InputEffect]:
+    """The step changes at an instant that act on one coefficient: of itself, of thrust, of the centre of gravity."""
+    effects = [step_change(coefficient, moment, rise)]
+    if MAINLY[coefficient] == "C_X":
+        effects.append(thrust_change(moment, rise))
+    elif coefficient == "C_m":
+        effects.append(cg_shift_step("x", moment, rise))
+    elif coefficient == "C_l" and "w" in recording.manoeuvre.axes.integrated:
+        effects.append(cg_shift_step("y", moment, rise))
+    return effects
+
+
+def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficients: Sequence[str]) -> list[Hypothesis]:
+    """Step changes that may replace a hypothesis; `reduced`: the estimate without it.
+
+    Of a step change, those of all coefficients at its instant and with its rise. Of a constant shift of the centre of
+    gravity those of the moments at their likeliest instants: it multiplies the steps of the forces.
+    """
+    (active, *others) = removed.effects or (None,)
+    if active is None or others or not isinstance(active.effect, InputEffect):
+        return []
+    problem = reduced.problem
+    if not is_step_change(active):
+        moments = [name for name in coefficients if name in ("C_m", "C_l")]
+        return step_change_hypotheses(problem, reduced, moments) if active.effect.kind == "cg_shift" else []
+    moment, rise = instant_of(active), rise_of(active.effect)
+    (recording,) = [each for each in problem.recordings if each.name == active.log]
+    return [
+        _at(effect, moment, active.log, slow=removed.time is not None)
+        for coefficient in coefficients
+        for effect in _step_changes(coefficient, recording, moment, rise)
+    ]
 
 
 def _at(effect: InputEffect, moment: float, log: str, *, slow: bool) -> Hypothesis:
@@ -119,6 +151,14 @@ def is_control_term(hypothesis: Hypothesis) -> bool:
         return False
     factors = hypothesis.entries[0][1].factors
     return len(factors) == 1 and factors[0].power == 1 and factors[0].variable.startswith((*CONTROLS, "C_T"))
+
+
+def may_replace_separation(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis is a nonlinear term of the angle of attack, several of which may take a stall's place."""
+    return any(
+        ("alpha" in term.variables and sum(factor.power for factor in term.factors) > 1) or searched_parameters(term)
+        for _, term in hypothesis.entries
+    )
 
 
 def separation_hypotheses(problem: RegressionProblem, base: Estimate, coefficients: Sequence[str]) -> list[Hypothesis]:

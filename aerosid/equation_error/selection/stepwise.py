@@ -23,17 +23,16 @@ from aerosid.equation_error.regression.estimate import (
     maximise_likelihood,
 )
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     CURRENT_MODEL,
     Candidate,
-    best_candidates,
     cached_candidates,
     drop_cached_columns,
     effect_candidates,
     full_identity,
     in_either_order,
     linearised,
-    score_candidates,
     with_hypothesis,
     within_limits,
 )

@@ -1,0 +1,80 @@
+"""Effects that another one hides from a search that takes one at a time, on flights as recorders give them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from equations_decided import decided
+
+from aerosid.aircraft import load_aircraft
+from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.logs.formats import read_log
+from benchmarks.field_detection import FIRST, written
+
+SEEDS = {
+    "a rate limit and a delay that reverse C_m delta_e": (172, 31),
+    "a delay and a lag of the elevator": (173, 5),
+    "a stall behind a lag of the elevator": (173, 25),
+    "a moment and a lift step in the ratio of an arm": (172, 36),
+    "a thrust step at constant airspeed": (172, 28),
+}
+"""Seed and flight of benchmarks/field_detection.py."""
+
+
+def flight(folder: Path, name: str) -> EquationErrorDecision:
+    seed, number = SEEDS[name]
+    written(folder, [FIRST, seed, number], number)
+    logs = [read_log(folder / f"{role}.csv") for role in ("identification", "validation")]
+    return decided(load_aircraft(str(folder / "aircraft.toml")), logs[:1], logs[1:])
+
+
+def values_of(found: EquationErrorDecision) -> dict[tuple[str, str], tuple[float, float]]:
+    return {(row.hypothesis.kind, row.hypothesis.where): (row.value, row.std_error) for row in found.findings}
+
+
+def test_a_late_elevator_is_found_although_its_moment_has_the_wrong_sign_without_the_delay(tmp_path: Path) -> None:
+    found = flight(tmp_path, "a rate limit and a delay that reverse C_m delta_e")
+    assert found.before.point.model.value(elevator_moment(found)) > 0.0  # -1.23 declared
+    values = values_of(found)
+    assert set(values) == {("control_rate_limit", "delta_e"), ("control_delay", "delta_e")}
+    delay, error = values["control_delay", "delta_e"]
+    assert abs(delay - 0.098) < 3.0 * error
+    assert -1.4 < found.completed.point.model.value(elevator_moment(found)) < -1.1
+
+
+def elevator_moment(found: EquationErrorDecision) -> tuple[str, object]:
+    ((entry),) = [entry for entry in found.before.point.free if entry[0] == "C_m" and entry[1].variables == {"delta_e"}]
+    return entry
+
+
+def test_a_delay_and_a_lag_of_one_control_are_found_together(tmp_path: Path) -> None:
+    values = values_of(flight(tmp_path, "a delay and a lag of the elevator"))
+    assert set(values) == {("control_delay", "delta_e"), ("control_lag", "delta_e"), ("cg_shift", "x")}
+    for key, planted in {("control_delay", "delta_e"): 0.0791, ("control_lag", "delta_e"): 0.151}.items():
+        value, error = values[key]
+        assert abs(value - planted) < 3.0 * error
+        assert error < 0.006
+
+
+def test_a_stall_takes_the_place_of_the_terms_that_stood_for_it(tmp_path: Path) -> None:
+    found = flight(tmp_path, "a stall behind a lag of the elevator")
+    values = values_of(found)
+    assert set(values) == {("flow_separation", "C_Z"), ("control_lag", "delta_e"), ("aero_term", "C_X")}
+    onset, error = values["flow_separation", "C_Z"]
+    assert abs(onset - 0.122) < 3.0 * error
+
+
+@pytest.mark.slow
+def test_a_moment_step_takes_the_place_of_a_centre_of_gravity_that_multiplies_the_lift_step(tmp_path: Path) -> None:
+    found = flight(tmp_path, "a moment and a lift step in the ratio of an arm")
+    assert set(values_of(found)) == {("step_change", "C_X"), ("step_change", "C_Z"), ("step_change", "C_m")}
+
+
+def test_a_thrust_step_and_a_step_of_the_axial_force_are_alternatives(tmp_path: Path) -> None:
+    found = flight(tmp_path, "a thrust step at constant airspeed")
+    (row,) = found.findings
+    (other,) = found.alternatives
+    assert {row.hypothesis.kind, other.hypothesis.kind} == {"step_change", "thrust_change"}
+    assert abs(other.deficit) < other.margin
+    assert other.replaces.label == row.hypothesis.label
