@@ -12,19 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.joint_selection import DelaySelection, selected_jointly
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import (
     Estimate,
-    RegressionProblem,
-    compared_with,
     estimate,
     weights_restricted_to,
 )
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, gains_by_deletion
 from aerosid.equation_error.selection.backward_elimination import Labels, eliminate_insignificant, improves_prediction
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
@@ -33,7 +29,6 @@ from aerosid.equation_error.selection.cross_validation import CoefficientFit, fi
 from aerosid.equation_error.selection.damping_collinearity import (
     DampingCollinearity,
     damping_collinearity,
-    downwash_prior,
 )
 from aerosid.equation_error.selection.instrument_errors import (
     InstrumentErrors,
@@ -44,23 +39,15 @@ from aerosid.equation_error.selection.joint_time_delays import (
     DelayDiscrepancy,
     JointDelays,
     delay_discrepancies,
-    is_within,
-    joint_delays,
-    joint_gain,
-    kinematic_delays,
-    likeliest_delay_kinds,
-    with_errors_held,
 )
-from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
 from aerosid.equation_error.selection.model_averaging import OmittedEffects, averaged_covariance
 from aerosid.equation_error.selection.near_significant import (
     NearSignificant,
     near_significant_effects,
     with_validation_fits,
 )
-from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, criterion_for, effects_of
+from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, effects_of
 from aerosid.equation_error.selection.replication import is_replicated
-from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
 from aerosid.equation_error.selection.vane_calibration import uncertain_scales
@@ -157,7 +144,7 @@ def decide(
     settings = errors.selected.estimate.problem.settings
     sensors = [h for h in hypotheses if is_instrument_error(h)]
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
-    joint = _selected_jointly(errors, errors.selected, tuple(coefficients), values, log)
+    joint = selected_jointly(errors, errors.selected, tuple(coefficients), values, log)
     identified, other_delays, search, outcome = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     (structure, on_fitted, completed, covariance), refuted = _accepted_structure(identified, search, outcome)
@@ -228,7 +215,7 @@ class _Accepted(NamedTuple):
 
 
 def _accepted_structure(
-    identified: SelectedStructure, search: CoefficientSearch, outcome: _Selection
+    identified: SelectedStructure, search: CoefficientSearch, outcome: DelaySelection
 ) -> tuple[_Accepted, Labels]:
     """The structure without effects that instrument uncertainty could explain, and the labels of the refuted effects.
 
@@ -273,45 +260,6 @@ def _significant(
         structure = structure_without(structure, insignificant)
 
 
-class _JointSelection(NamedTuple):
-    """Instrument errors, alternative models of time delays, the coefficient search and the selected structure."""
-
-    identified: SelectedStructure
-    other_delays: tuple[Alternative, ...]
-    search: CoefficientSearch
-    outcome: _Selection
-
-
-def _selected_jointly(
-    errors: InstrumentErrors,
-    identified: SelectedStructure,
-    coefficients: tuple[str, ...],
-    values: DeclaredValues,
-    log: Callable[[str], None],
-) -> _JointSelection:
-    """The structure selected by both kinds of equations; no time delay is retained whose joint gain is below its
-    penalty.
-    """
-    start, settings = errors.start, identified.estimate.problem.settings
-    sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
-    whole = RegressionProblem(identified.estimate.problem.recordings, COEFFICIENT, settings, all_fitted=True)
-    declared = estimate(whole, with_errors_held(start, identified.estimate.point.effects))
-    likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors, log)
-    if likelier is not identified:
-        identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
-    declared = compared_with(values, likelier_vane_smoothing(likelier_input_interpolation(declared)))
-    search = _coefficient_search(errors, identified, declared, coefficients, log)
-    outcome = _selected_with_delays(identified.estimate, declared, search)
-    for each in identified.chosen:
-        gain = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
-        if gain is not None and gain < search.criterion.penalty(each.hypothesis):
-            log(f"  joint gain of both kinds of equations {gain:.1f} by {each.hypothesis.label}")
-            return _selected_jointly(errors, structure_without(identified, each), coefficients, values, log)
-    undeclared = slice(len(start.effects), len(outcome.delays.effects))
-    search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
-    return _JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
-
-
 def _with_covariance(
     delays: JointDelays, on_fitted: SelectedStructure, structure: SelectedStructure
 ) -> tuple[Estimate, Array]:
@@ -326,74 +274,7 @@ def _with_covariance(
     return with_instrument_errors(delays, on_fitted.estimate, confirmed) if confirmed else (completed, covariance)
 
 
-def _coefficient_search(
-    errors: InstrumentErrors,
-    identified: SelectedStructure,
-    declared: Estimate,
-    coefficients: tuple[str, ...],
-    log: Callable[[str], None],
-) -> CoefficientSearch:
-    """Search among the hypotheses that are no instrument errors and the instrument errors with kinematic evidence."""
-    hypotheses, settings = errors.hypotheses, declared.problem.settings
-    evidence = kinematic_evidence(identified, [h for h in hypotheses if is_instrument_error(h)])
-    candidates = tuple(h for h in hypotheses if not is_instrument_error(h) or distinct_name(h) in evidence)
-    alarm = settings.alarm(declared.point.model.axes)
-    criterion = criterion_for(hypotheses, declared.design.target.size, alarm, settings.factor_odds)
-    criterion = replace(criterion, evidence=evidence, prior_sizes=downwash_prior(errors.start.model))
-
-    def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
-        known = evidence.get(distinct_name(hypothesis))
-        return known is None or known.agrees(found.point.effects[-1].values, settings.agreement)
-
-    fitted = replace(declared.problem, all_fitted=False)
-    return CoefficientSearch(candidates, coefficients, fitted, criterion, admitted, log)
-
-
 def _not_among(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:
     """The rows whose hypotheses are not among the known ones."""
     labels = {row.hypothesis.label for row in known}
     return [row for row in rows if row.hypothesis.label not in labels]
-
-
-def _selected_with_delays(identified: Estimate, declared: Estimate, search: CoefficientSearch) -> _Selection:
-    """The structure with the time delays of instruments estimated jointly from kinematics and coefficients.
-
-    A wrong time delay biases the structure and a wrong structure biases the time delay: the search starts from the
-    delays of kinematics alone and from those that the declared structure prefers, and the outcome of higher penalised
-    likelihood is taken.
-    """
-
-    def outcome(search: CoefficientSearch, initial: JointDelays) -> _Selection:
-        start = estimate(declared.problem, with_errors_held(declared.point, initial.effects), declared.solution.weights)
-        structure, refuted = select_structure(search, SelectedStructure(start, ()))
-        delays = joint_delays(identified, initial, structure.estimate, search.log)
-        if delays is initial:
-            return _Selection(initial, structure, refuted)
-        moved = estimate(
-            declared.problem,
-            with_errors_held(structure.estimate.point, delays.effects),
-            structure.estimate.solution.weights,
-        )
-        if search.worsens_prediction(structure.estimate, moved):
-            search.log("  joint time delays rejected by a validation record")
-            return _Selection(initial, structure, refuted)
-        return _Selection(delays, SelectedStructure(moved, structure.chosen), refuted)
-
-    kinematic = kinematic_delays(identified)
-    joint = joint_delays(identified, kinematic, declared, search.log)
-    if is_within(kinematic, joint, declared.problem.settings.deviations):
-        return outcome(search, joint)
-    found, other = search.in_parallel(
-        functools.partial(outcome, initial=joint), functools.partial(outcome, initial=kinematic), [declared.problem]
-    )
-    best, alternative = (search.penalised_likelihood(each.structure) - each.delays.penalty for each in (found, other))
-    return other if alternative > best else found
-
-
-@dataclass(frozen=True)
-class _Selection:
-    """Time delays of instruments, the structure selected with them, and the labels refuted by validation records."""
-
-    delays: JointDelays
-    structure: SelectedStructure
-    refuted: tuple[tuple[str, str, str], ...]

@@ -102,8 +102,9 @@ def levenberg_marquardt_step(
             if re_evaluated is None:
                 return None
             if re_evaluated.cost > point.cost + 1e-9 * abs(point.cost):
-                # A disturbance explains part of the output noise: half the change of the variances, or none.
-                fraction = 0.5 * fraction if 0.5 * predicted.level > DAMPED_STEPS.least_change else 0.0
+                # A disturbance explains part of the output noise: a part of the change of the variances, or none.
+                part = DAMPED_STEPS.part_of_change
+                fraction = part * fraction if part * predicted.level > DAMPED_STEPS.least_change else 0.0
                 continue
             point, known, fraction = re_evaluated, True, 0.0
             if trial is not None and reached <= point.cost + 1e-9 * abs(point.cost):

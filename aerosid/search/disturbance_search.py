@@ -8,7 +8,7 @@ from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gusts_of, unmodelled_forces
 from aerosid.estimation.competing_fits import refine_from_effect_values
 from aerosid.estimation.effect_columns import with_columns_of
-from aerosid.estimation.fit_settings import BACKGROUND
+from aerosid.estimation.fit_settings import BACKGROUND, RefinementSettings
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import eliminate_insignificant
@@ -106,9 +106,11 @@ def search_with_disturbance(search: StructureSearch, start: Refinement, max_entr
     return SearchResult(current, alternatives, tuple(rounds), start)
 
 
-def with_disturbance(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
+def with_disturbance(
+    search: StructureSearch, start: Refinement, effect: NoiseEffect, settings: RefinementSettings = BACKGROUND
+) -> Refinement:
     """The estimate with a disturbance, started from each of its trial values; the most likely one."""
     initial, rest = replace(start, variance=search.noise_variances(start)), [p.trials[0] for p in effect.parameters[1:]]
     starting_effects = [(*start.effects, ActiveEffect(effect, (first, *rest))) for first in effect.parameters[0].trials]
-    trials = refine_from_effect_values(initial, search.manoeuvres, BACKGROUND, starting_effects)
+    trials = refine_from_effect_values(initial, search.manoeuvres, settings, starting_effects)
     return min(trials, key=lambda trial: trial.cost)

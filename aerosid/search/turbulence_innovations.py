@@ -15,6 +15,7 @@ from aerosid.effects import ActiveEffect, NoiseEffect
 from aerosid.effects.disturbance import gusts_of
 from aerosid.errors import EstimationError
 from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.estimation.fit_settings import INNOVATIONS
 from aerosid.flight_model.axes import Axes
 from aerosid.search.attribution import Attribution
 from aerosid.search.disturbance_search import with_disturbance
@@ -39,7 +40,7 @@ def with_turbulence_innovations(found: Attribution, search: StructureSearch) -> 
     start = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
     structure = replace(structure, model=with_columns_of(structure.model, [start]))
     try:
-        return replace(found, in_turbulence=with_disturbance(search, structure, effect))
+        return replace(found, in_turbulence=with_disturbance(search, structure, effect, INNOVATIONS))
     except EstimationError:
         return found
 

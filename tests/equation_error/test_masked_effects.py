@@ -17,6 +17,7 @@ SEEDS = {
     "a delay and a lag of the elevator": (173, 5),
     "a stall behind a lag of the elevator": (173, 25),
     "a moment and a lift step in the ratio of an arm": (172, 36),
+    "a moment step whose instant the steps of the forces know": (177, 37),
     "a thrust step at constant airspeed": (172, 28),
 }
 """Seed and flight of benchmarks/field_detection.py."""
@@ -69,6 +70,15 @@ def test_a_stall_takes_the_place_of_the_terms_that_stood_for_it(tmp_path: Path) 
 def test_a_moment_step_takes_the_place_of_a_centre_of_gravity_that_multiplies_the_lift_step(tmp_path: Path) -> None:
     found = flight(tmp_path, "a moment and a lift step in the ratio of an arm")
     assert set(values_of(found)) == {("step_change", "C_X"), ("step_change", "C_Z"), ("step_change", "C_m")}
+
+
+@pytest.mark.slow
+def test_a_moment_step_is_sought_at_the_instant_of_the_force_steps(tmp_path: Path) -> None:
+    values = values_of(flight(tmp_path, "a moment step whose instant the steps of the forces know"))
+    assert {key for key in values if key[0] == "step_change"} == {
+        ("step_change", name) for name in ("C_X", "C_Z", "C_m")
+    }
+    assert not {kind for kind, _ in values} - {"step_change", "sensor_delay", "aero_term"}
 
 
 def test_a_thrust_step_and_a_step_of_the_axial_force_are_alternatives(tmp_path: Path) -> None:

@@ -138,13 +138,14 @@ def test_by_default_the_attas_has_a_biased_gyro_and_a_bent_drag() -> None:
         assert unseen[coefficient].r2_after > unseen[coefficient].r2_before - least
 
 
-def test_by_default_the_attas_stalls_with_its_stabiliser_in_the_moment() -> None:
+def test_by_default_the_attas_stalls_with_its_stabiliser_and_thrust_in_the_moment() -> None:
     result = close_loop([read("attas/fAttas_qst01_withHeader.asc", "attas_stall.toml")], load_aircraft("attas"))
     found = {(effect.kind, effect.where, effect.term): effect for effect in result.effects}
     separation = next(effect for key, effect in found.items() if key[0] == "flow_separation")
     # Published: .309 rad, with thrust and stabiliser left out.
     assert separation.value == pytest.approx(0.29, abs=0.03)
     assert found["aero_term", "C_m", "delta_h"].value == pytest.approx(-2.3, abs=0.4)
+    assert found["aero_term", "C_m", "C_T"].value == pytest.approx(0.35, abs=0.1)
     moment = next(row for row in result.coefficients if row.coefficient == "C_m")
     assert moment.r2_after > 0.9 > 0.0 > moment.r2_before
 

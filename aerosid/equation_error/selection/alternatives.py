@@ -339,8 +339,7 @@ class _Replacement:
     def _is_predicted_to_lose(self, predicted: Solution, hypothesis: Hypothesis, most: float) -> bool:
         # The gain by a lag, a limit or an instant deviates strongly from its first-order prediction: some candidates
         # that were predicted to lose won.
-        is_linear = not hypothesis.effects and not self.removed.hypothesis.effects
-        return is_linear and self._predicted_deficit(predicted) > most + TRIALS.losing_share * self.loss
+        return not hypothesis.effects and self._predicted_deficit(predicted) > most + TRIALS.losing_share * self.loss
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, deficit: float) -> Alternative:

@@ -184,10 +184,14 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
     in their place: the search is continued from it and also restarted with the shifts. The restarted structure is taken
     where its penalised likelihood is clearly higher; where it is clearly lower, later, smaller shifts do not trigger a
     restart. A level shift once found is kept, so that no effect is selected for explaining it.
+
+    From a structure that was selected before, with other instrument errors, the search is continued without a restart.
     """
-    found, order = _stepwise(search, initial)
     problem = initial.estimate.problem
-    lead = 0.0
+    if initial.chosen:
+        found, order, lead = _continued(search, initial), _Order.EITHER, float("inf")
+    else:
+        (found, order), lead = _stepwise(search, initial), 0.0
     for _ in range(problem.settings.rounds):
         shifted = level_shifts(found.estimate, search.coefficients, search.criterion, problem.settings.most, search.log)
         if shifted is found.estimate:
@@ -207,19 +211,25 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
         lead = continued_value - restarted_value
         if lead < -problem.settings.clearly:
             found = restarted
-    return _with_separation_for_terms(search, found)
+    return found
 
 
-def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
-    """The structure with flow separation in place of its nonlinear terms of alpha, where that is likelier.
+def _with_replacements_or_separation(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
+    """The structure with likelier replacements, or with flow separation for all its nonlinear terms of alpha at once.
 
     Separation is searched for at the start, where a large undeclared delay or step change can hide it.
     """
+    separated = _with_separation_for_terms(search, found)
+    return search.with_replacements(found, search.hypotheses) if separated is None else separated
+
+
+def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure | None:
+    """The structure with flow separation in place of its nonlinear terms of alpha; None where it is less likely."""
     problem = found.estimate.problem
     terms = [each for each in found.chosen if may_replace_separation(each.hypothesis)]
     is_separated = any(each.hypothesis.kind == "flow_separation" for each in found.chosen)
     if not terms or is_separated or not shows_separation(problem):
-        return found
+        return None
     without = functools.reduce(point_without, terms, found.estimate.point)
     reduced = SelectedStructure(
         estimate(problem, without, found.estimate.solution.weights),
@@ -227,11 +237,11 @@ def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructu
     )
     separated = with_flow_separation(reduced, problem, search.criterion, search.coefficients, search.log)
     if separated is None:
-        return found
+        return None
     separated = search.forward(separated, search.hypotheses, problem.settings.most)
     by_terms, by_separation = search.penalised_likelihood(found), search.penalised_likelihood(separated)
     search.log(f"  nonlinear terms of alpha {by_terms:.1f}, separation {by_separation:.1f}")
-    return separated if by_separation > by_terms else found
+    return separated if by_separation > by_terms else None
 
 
 def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
@@ -285,26 +295,26 @@ def _stepwise(
     problem, hypotheses = initial.estimate.problem, search.hypotheses
     most = problem.settings.most
     if order is _Order.ONE_BY_ONE or not shows_separation(problem):
-        return search.with_replacements(search.forward(initial, hypotheses, most), hypotheses), order
+        return _with_replacements_or_separation(search, search.forward(initial, hypotheses, most)), order
     enough = NumberSeenByCopies(most)
     separation_first = functools.partial(_separation_first, initial=initial, enough=enough)
     if order is _Order.SEPARATION_FIRST and (known := separation_first(search)) is not None:
-        return search.with_replacements(known, hypotheses), order
+        return _with_replacements_or_separation(search, known), order
     separated, (found, path, history) = search.in_parallel(
         separation_first, functools.partial(_one_by_one, initial=initial, enough=enough), [problem]
     )
     if separated is None:
-        return search.with_replacements(found, hypotheses), _Order.EITHER
+        return _with_replacements_or_separation(search, found), _Order.EITHER
     effects = len(separated.chosen)
     lead = search.penalised_likelihood(separated) - next(
         (value for count, value in path if count >= effects), path[-1][1]
     )
     if lead > 0.0:
         better = _Order.SEPARATION_FIRST if lead > problem.settings.alike else _Order.EITHER
-        return search.with_replacements(separated, hypotheses), better
+        return _with_replacements_or_separation(search, separated), better
     if history is not None:
         found = search.forward(found, hypotheses, most, history=history)
-    whole = search.with_replacements(found, hypotheses)
+    whole = _with_replacements_or_separation(search, found)
     return whole, _Order.ONE_BY_ONE if lead < -problem.settings.alike else _Order.EITHER
 
 

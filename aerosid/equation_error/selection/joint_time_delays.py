@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,9 +131,16 @@ def joint_delays(
     return JointDelays(effects, joint, 0.5 * float(deviation @ prior @ deviation))
 
 
+class JointGain(NamedTuple):
+    """Gain in ln L of both kinds of equations by a time delay, and the coefficients' estimate without it."""
+
+    gain: float
+    coefficients_without: Estimate
+
+
 def joint_gain(
     identified: SelectedStructure, each: SelectedEffect, delays: JointDelays, coefficients: Estimate
-) -> float | None:
+) -> JointGain | None:
     """Gain in ln L of both kinds of equations by an identified time delay at its joint estimate; None of another error.
 
     Kinematics identify it at their own estimate. Where forces and moments shift it far from there, the kinematic gain
@@ -162,7 +170,7 @@ def joint_gain(
         coefficients.problem, replace(coefficients.point, effects=effects), coefficients.solution.weights
     )
     kinematic_gain = identified.estimate.gain_over(estimate_without(identified, each)) - deviation
-    return kinematic_gain + coefficients.log_likelihood - reduced.log_likelihood
+    return JointGain(kinematic_gain + coefficients.log_likelihood - reduced.log_likelihood, reduced)
 
 
 @dataclass(frozen=True)

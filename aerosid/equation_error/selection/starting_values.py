@@ -54,22 +54,31 @@ def step_change_hypotheses(
 ) -> list[Hypothesis]:
     """A step of each coefficient on each identification record, at the instant of highest score.
 
+    And at the instants of the steps that are known: a change of the configuration acts on all coefficients at once.
     `recording_name`: on that record alone, whether identification or validation.
     """
     found: list[Hypothesis] = []
     for n, recording in enumerate(problem.recordings):
         if not (recording.fitted if recording_name is None else recording.name == recording_name):
             continue
+        steps = [each for each in base.point.effects if is_step_change(each) and each.log == recording.name]
         for coefficient in coefficients:
-            for rise in (recording.interval, *RISES):
-                moment = _likeliest_instant(base, recording, n, MAINLY[coefficient], rise)
-                if moment is None:
-                    continue
-                slow = rise > recording.interval
-                found.extend(
-                    _at(effect, moment, recording.name, slow=slow)
-                    for effect in _step_changes(coefficient, recording, moment, rise)
-                )
+            known = [
+                (instant_of(each), rise_of(each.effect))
+                for each in steps
+                if isinstance(each.effect, InputEffect) and each.effect.where != coefficient
+            ]
+            scored = [
+                (moment, rise)
+                for rise in (recording.interval, *RISES)
+                if (moment := _likeliest_instant(base, recording, n, MAINLY[coefficient], rise)) is not None
+                and not any(abs(moment - instant) <= rise == of_known for instant, of_known in known)
+            ]
+            found.extend(
+                _at(effect, moment, recording.name, slow=rise > recording.interval)
+                for moment, rise in (*scored, *dict.fromkeys(known))
+                for effect in _step_changes(coefficient, recording, moment, rise)
+            )
     return found
 
 
