@@ -58,10 +58,11 @@ def is_breakdown(active: ActiveEffect) -> bool:
     """Whether the flow separates within the flown range of alpha.
 
     A static curve at its limit of flatness, or about an angle at its limit, is a nonlinearity of lift at all angles and
-    no separation.
+    no separation; one whose delay or relaxation is at its limit follows a drift.
     """
-    (angle, sharpness, *_), (alpha_star, slope, *_) = active.effect.parameters, active.values
-    return angle.lowest < alpha_star < angle.highest and slope > sharpness.lowest
+    (angle, sharpness, *times), (alpha_star, slope, *lags) = active.effect.parameters[:4], active.values[:4]
+    is_prompt = all(lag < time.highest for time, lag in zip(times, lags, strict=True))
+    return angle.lowest < alpha_star < angle.highest and slope > sharpness.lowest and is_prompt
 
 
 def _made(where: str, numbers: Mapping[str, float], _interval: float) -> StateEffect:

@@ -28,3 +28,11 @@ def test_an_abrupt_stall_and_a_flow_without_lag_separate() -> None:
     assert not is_breakdown(farthest)
     # The flattest curve has no attached flow at any flown angle.
     assert attached(flattest) < 0.7
+
+
+def test_a_separation_point_that_follows_a_drift_is_no_stall() -> None:
+    stall = separation(0.1, 25.0)
+    delay, relaxation = stall.effect.parameters[2:4]
+    for number, time in ((2, delay), (3, relaxation)):
+        assert is_breakdown(stall.perturbed(number, 0.5 * time.highest))
+        assert not is_breakdown(stall.perturbed(number, time.highest))

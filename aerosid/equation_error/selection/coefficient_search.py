@@ -224,7 +224,10 @@ def _with_replacements_or_separation(search: CoefficientSearch, found: SelectedS
 
 
 def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure | None:
-    """The structure with flow separation in place of its nonlinear terms of alpha; None where it is less likely."""
+    """The structure with flow separation in place of its nonlinear terms of alpha.
+
+    None where it is not clearly likelier, or predicts a validation record worse.
+    """
     problem = found.estimate.problem
     terms = [each for each in found.chosen if may_replace_separation(each.hypothesis)]
     is_separated = any(each.hypothesis.kind == "flow_separation" for each in found.chosen)
@@ -241,7 +244,8 @@ def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructu
     separated = search.forward(separated, search.hypotheses, problem.settings.most)
     by_terms, by_separation = search.penalised_likelihood(found), search.penalised_likelihood(separated)
     search.log(f"  nonlinear terms of alpha {by_terms:.1f}, separation {by_separation:.1f}")
-    return separated if by_separation > by_terms else None
+    is_likelier = by_separation > by_terms + problem.settings.clearly
+    return separated if is_likelier and not search.worsens_prediction(found.estimate, separated.estimate) else None
 
 
 def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
