@@ -219,13 +219,18 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         value=values[0],
         std_error=errors[0],
         unit=active.effect.parameters[0].unit if active is not None else "1",
-        time=instant_of(active) if active is not None and is_step_change(active) else None,
+        time=_instant(active),
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
         parameters=_parameters(active, errors),
         unseen_better=row.improves_prediction,
     )
+
+
+def _instant(active: ActiveEffect | None) -> float | None:
+    """Instant of a step change, s; None of any other effect."""
+    return instant_of(active) if active is not None and is_step_change(active) else None
 
 
 def _axes(active: ActiveEffect | None) -> str:
@@ -255,7 +260,7 @@ def _alternative(row: Alternative, tested: int) -> Finding:
         value=row.value,
         std_error=row.std_error,
         unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
-        time=None,
+        time=_instant(row.active),
         p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * tested)),
         gain=2.0 * row.gain,
         along=_axes(row.active),

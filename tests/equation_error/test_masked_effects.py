@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 from equations_decided import decided
 
-from aerosid.aircraft import load_aircraft
+from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
+from aerosid.loop.closed_loop import close_loop
 from benchmarks.field_detection import FIRST, written
 
 SEEDS = {
@@ -23,11 +25,16 @@ SEEDS = {
 """Seed and flight of benchmarks/field_detection.py."""
 
 
-def flight(folder: Path, name: str) -> EquationErrorDecision:
+def files(folder: Path, name: str) -> tuple[Aircraft, list[FlightLog]]:
     seed, number = SEEDS[name]
     written(folder, [FIRST, seed, number], number)
     logs = [read_log(folder / f"{role}.csv") for role in ("identification", "validation")]
-    return decided(load_aircraft(str(folder / "aircraft.toml")), logs[:1], logs[1:])
+    return load_aircraft(str(folder / "aircraft.toml")), logs
+
+
+def flight(folder: Path, name: str) -> EquationErrorDecision:
+    aircraft, logs = files(folder, name)
+    return decided(aircraft, logs[:1], logs[1:])
 
 
 def values_of(found: EquationErrorDecision) -> dict[tuple[str, str], tuple[float, float]]:
@@ -82,9 +89,14 @@ def test_a_moment_step_is_sought_at_the_instant_of_the_force_steps(tmp_path: Pat
 
 
 def test_a_thrust_step_and_a_step_of_the_axial_force_are_alternatives(tmp_path: Path) -> None:
-    found = flight(tmp_path, "a thrust step at constant airspeed")
-    (row,) = found.findings
-    (other,) = found.alternatives
-    assert {row.hypothesis.kind, other.hypothesis.kind} == {"step_change", "thrust_change"}
-    assert abs(other.deficit) < other.margin
-    assert other.replaces.label == row.hypothesis.label
+    aircraft, logs = files(tmp_path, "a thrust step at constant airspeed")
+    result = close_loop(logs[:1], aircraft, logs[1:])
+    (step,) = [effect for effect in result.effects if effect.kind != "gust"]
+    (other,) = result.alternatives
+    assert {step.kind, other.kind} == {"step_change", "thrust_change"}
+    assert other.instead_of == "step_change of C_X"
+    assert other.worse_by is not None
+    assert other.margin is not None
+    assert other.worse_by < other.margin
+    for row in (step, other):
+        assert row.time == pytest.approx(10.61, abs=0.2)
