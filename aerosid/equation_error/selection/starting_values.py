@@ -108,7 +108,7 @@ def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficient
         moments = [name for name in coefficients if name in ("C_m", "C_l")]
         return step_change_hypotheses(problem, reduced, moments) if active.effect.kind == "cg_shift" else []
     moment, rise = instant_of(active), rise_of(active.effect)
-    (recording,) = [each for each in problem.recordings if each.name == active.log]
+    recording = next(each for each in problem.recordings if each.name == active.log)
     return [
         _at(effect, moment, active.log, slow=removed.time is not None)
         for coefficient in coefficients
