@@ -74,9 +74,14 @@ def instant_of(active: ActiveEffect) -> float:
     return active.numbers[1]
 
 
-def rise_of(effect: InputEffect) -> float:
+def instant_if_step(active: ActiveEffect | None) -> float | None:
+    """Instant of a step change, s of its log; None of any other effect, or of none."""
+    return instant_of(active) if active is not None and is_step_change(active) else None
+
+
+def rise_of(active: ActiveEffect) -> float:
     """Time that a step change takes, s: twice the step of its instant."""
-    return 2.0 * effect.parameters[1].step
+    return 2.0 * active.effect.parameters[1].step
 
 
 def at_instant(active: ActiveEffect, time: float, log: str, interval: float) -> ActiveEffect:

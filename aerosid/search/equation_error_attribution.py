@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.step_input import instant_of, is_step_change
+from aerosid.effects.step_input import instant_if_step, is_step_change
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
@@ -219,18 +219,13 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         value=values[0],
         std_error=errors[0],
         unit=active.effect.parameters[0].unit if active is not None else "1",
-        time=_instant(active),
+        time=instant_if_step(active),
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
         parameters=_parameters(active, errors),
         unseen_better=row.improves_prediction,
     )
-
-
-def _instant(active: ActiveEffect | None) -> float | None:
-    """Instant of a step change, s; None of any other effect."""
-    return instant_of(active) if active is not None and is_step_change(active) else None
 
 
 def _axes(active: ActiveEffect | None) -> str:
@@ -260,7 +255,7 @@ def _alternative(row: Alternative, tested: int) -> Finding:
         value=row.value,
         std_error=row.std_error,
         unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
-        time=_instant(row.active),
+        time=instant_if_step(row.active),
         p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * tested)),
         gain=2.0 * row.gain,
         along=_axes(row.active),

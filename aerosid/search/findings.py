@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
-from aerosid.effects.step_input import instant_of, is_step_change
+from aerosid.effects.step_input import instant_if_step, is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
 
@@ -62,7 +62,7 @@ class Part:
     @property
     def time(self) -> float | None:
         """Of a step change, s."""
-        return instant_of(self.active) if self.active is not None and is_step_change(self.active) else None
+        return instant_if_step(self.active)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from aerosid.equation_error.selection.candidates import (
     cached_candidates,
     effect_candidates,
     full_identity,
-    in_either_order,
     limits_of,
     linearised,
     size_penalty,
@@ -274,7 +273,7 @@ def _step_change_candidates(selected: SelectedStructure, each: SelectedEffect, r
     coefficients = [name for name in MAINLY if any(name == of for of, _ in point.model.entries)]
     steps = step_changes_in_place_of(reduced, replace(each.hypothesis, effects=effects), coefficients)
     others = [hypothesis for hypothesis in steps if hypothesis.label not in selected.labels]
-    return effect_candidates(reduced.problem, reduced, in_either_order(others, reduced.point.effects))
+    return effect_candidates(reduced.problem, reduced, others)
 
 
 class _NotEstimated(NamedTuple):

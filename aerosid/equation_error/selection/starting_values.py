@@ -63,11 +63,7 @@ def step_change_hypotheses(
             continue
         steps = [each for each in base.point.effects if is_step_change(each) and each.log == recording.name]
         for coefficient in coefficients:
-            known = [
-                (instant_of(each), rise_of(each.effect))
-                for each in steps
-                if isinstance(each.effect, InputEffect) and each.effect.where != coefficient
-            ]
+            known = [(instant_of(each), rise_of(each)) for each in steps if each.effect.where != coefficient]
             scored = [
                 (moment, rise)
                 for rise in (recording.interval, *RISES)
@@ -100,14 +96,14 @@ def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficient
     Of a step change, those of all coefficients at its instant and with its rise. Of a constant shift of the centre of
     gravity those of the moments at their likeliest instants: it multiplies the steps of the forces.
     """
-    (active, *others) = removed.effects or (None,)
-    if active is None or others or not isinstance(active.effect, InputEffect):
+    if len(removed.effects) != 1:
         return []
+    (active,) = removed.effects
     problem = reduced.problem
     if not is_step_change(active):
         moments = [name for name in coefficients if name in ("C_m", "C_l")]
         return step_change_hypotheses(problem, reduced, moments) if active.effect.kind == "cg_shift" else []
-    moment, rise = instant_of(active), rise_of(active.effect)
+    moment, rise = instant_of(active), rise_of(active)
     recording = next(each for each in problem.recordings if each.name == active.log)
     return [
         _at(effect, moment, active.log, slow=removed.time is not None)

@@ -31,7 +31,6 @@ from aerosid.equation_error.selection.candidates import (
     drop_cached_columns,
     effect_candidates,
     full_identity,
-    in_either_order,
     linearised,
     with_hypothesis,
     within_limits,
@@ -146,7 +145,7 @@ def _best(
         ]
         taken = inadmissible | set(selected.labels)
         step_changes = [hypothesis for hypothesis in step_changes if hypothesis.label not in taken]
-        candidates += effect_candidates(problem, base, in_either_order(step_changes, base.point.effects))
+        candidates += effect_candidates(problem, base, step_changes)
     if not candidates:
         return None
     order = list(
