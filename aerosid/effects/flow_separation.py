@@ -12,11 +12,22 @@ from collections.abc import Mapping
 
 from aerosid.effects.family import Family, Kind, Planted
 from aerosid.effects.kinds import ActiveEffect, EffectParameter, StateEffect
+from aerosid.effects.limits import OFFERED
 from aerosid.effects.step_change import offset_column
 from aerosid.flight_model.motion_laws import Law
 
 
-def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) -> StateEffect:
+def longest_separation(mean_chord: float, airspeed: float) -> float:
+    """Longest plausible delay or relaxation of flow separation, s: what is slower is no flow over the wing.
+
+    `mean_chord`: m; `airspeed`: m/s.
+    """
+    return min(OFFERED.longest_separation, OFFERED.separation_chords * mean_chord / airspeed)
+
+
+def flow_separation(
+    alpha_highest: float, lift: str, others: tuple[str, ...], longest: float = OFFERED.longest_separation
+) -> StateEffect:
     """Goman and Khrabrov's separation point with Kirchhoff's lift, linear in 1 - X for the other coefficients.
 
     Parameters
@@ -27,6 +38,8 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
         C_Z or C_L: the fraction ((1 + sqrt X)/2)^2 of its alpha derivative's lift remains.
     others : tuple of str
         Coefficients that change with 1 - X.
+    longest : float
+        Greatest delay and relaxation, s.
     """
     return StateEffect(
         "flow_separation",
@@ -41,8 +54,8 @@ def flow_separation(alpha_highest: float, lift: str, others: tuple[str, ...]) ->
                 step=1e-4,
             ),
             EffectParameter("sharpness", "1/rad", trials=(25.0,), lowest=2.0, highest=150.0, step=0.05),
-            EffectParameter("delay", "s", trials=(0.2,), lowest=0.0, highest=3.0, step=1e-3),
-            EffectParameter("relaxation", "s", trials=(0.2,), lowest=0.0, highest=3.0, step=1e-3),
+            EffectParameter("delay", "s", trials=(0.2,), lowest=0.0, highest=longest, step=1e-3),
+            EffectParameter("relaxation", "s", trials=(0.2,), lowest=0.0, highest=longest, step=1e-3),
             *(EffectParameter(name, "1", trials=(0.0,), lowest=-2.0, highest=2.0, step=1e-4) for name in others),
         ),
         Law.SEPARATION,

@@ -112,6 +112,11 @@ class OfferLimits:
         s; least and greatest time delay of a sensor's channel; below zero the others are late.
     slowest_sensor : float
         s; greatest time constant of a sensor's lag: it would follow no manoeuvre.
+    longest_separation : float
+        s; longest delay and relaxation of flow separation.
+    separation_chords : float
+        The same in mean chords flown, 1: four times the 24 published for the VFW-614 ATTAS (Jategaonkar). Chosen by
+        reasoning; on a short period of the Citation without attitude a relaxation of 150 followed a drift.
     reach : float
         Largest distance of a vane from the centre of gravity over the aircraft's length, 1: half of it, and a nose
         boom. The VFW-614 ATTAS has its vane 0.64 of its length ahead.
@@ -155,6 +160,8 @@ class OfferLimits:
     scales: tuple[float, float] = (0.2, 5.0)
     sensor_delays: tuple[float, float] = (-0.5, 2.0)
     slowest_sensor: float = 5.0
+    longest_separation: float = 3.0
+    separation_chords: float = 100.0
 
 
 OFFERED = OfferLimits()

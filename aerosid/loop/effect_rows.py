@@ -82,8 +82,9 @@ class Effect:
     """For a position: the body axes along which it differs."""
 
 
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+def _estimated(error: float) -> float | None:
+    """A standard error; None of a parameter that the records do not determine, or that is held at its limit."""
+    return error if np.isfinite(error) and error > 0.0 else None
 
 
 def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
@@ -98,7 +99,7 @@ def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
         unit=finding.unit,
         evidence=evidence,
         time=finding.time,
-        parameters={name: Parameter(value, _finite(error), unit) for name, value, error, unit in finding.parameters},
+        parameters={name: Parameter(value, _estimated(error), unit) for name, value, error, unit in finding.parameters},
         instead_of=finding.instead_of,
         worse_by=finding.worse_by,
         margin=finding.margin,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.effects import ActiveEffect
-from aerosid.effects.flow_separation import flow_separation
+from aerosid.effects.flow_separation import flow_separation, longest_separation
 from aerosid.estimation.competing_fits import fit_competing_structures
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
@@ -55,7 +55,9 @@ def _likeliest_with_separation(search: StructureSearch, base_estimates: Sequence
     """The estimate of least penalised cost with flow separation added to one of several others."""
     highest = max(float(np.nanmax(manoeuvre.measured("alpha"))) for manoeuvre in search.manoeuvres)
     drag, lift, moment_name = search.separation_coefficients
-    effect = flow_separation(highest, lift, (drag, moment_name))
+    slowest = min(manoeuvre.mean_airspeed for manoeuvre in search.manoeuvres)
+    longest = longest_separation(base_estimates[0].model.constants.mean_chord, slowest)
+    effect = flow_separation(highest, lift, (drag, moment_name), longest)
     other_values = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
     starts = [
         Start(

@@ -3,7 +3,8 @@
 import numpy as np
 
 from aerosid.effects import ActiveEffect
-from aerosid.effects.flow_separation import flow_separation, is_breakdown
+from aerosid.effects.flow_separation import flow_separation, is_breakdown, longest_separation
+from aerosid.effects.limits import OFFERED
 
 HIGHEST = 0.1
 """rad, of the flown angles of attack."""
@@ -36,3 +37,14 @@ def test_a_separation_point_that_follows_a_drift_is_no_stall() -> None:
     for number, time in ((2, delay), (3, relaxation)):
         assert is_breakdown(stall.perturbed(number, 0.5 * time.highest))
         assert not is_breakdown(stall.perturbed(number, time.highest))
+
+
+def test_a_stall_may_be_as_slow_as_the_published_ones_and_no_slower_than_a_hundred_chords() -> None:
+    # VFW-614 ATTAS at its stall: 24 chords published, 80 m/s. A short period of the Citation at 124 m/s.
+    assert 24.0 * 3.159 / 80.0 < longest_separation(3.159, 80.0) == OFFERED.longest_separation
+    longest = longest_separation(2.057, 124.0)
+    assert 1.0 < longest < 2.0
+    stall = ActiveEffect(flow_separation(HIGHEST, "C_Z", ("C_m",), longest), (0.1, 25.0, 0.2, 0.2, -0.03))
+    for number in (2, 3):
+        assert is_breakdown(stall.perturbed(number, 0.9 * longest - 0.2))
+        assert not is_breakdown(stall.perturbed(number, 2.0 * longest))

@@ -7,23 +7,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from equations_decided import frames_of
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_lag
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import frozen
 from aerosid.effects.step_change import step_change
 from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.regression.estimate import (
     CLOSE,
     Estimate,
     RegressionProblem,
     effect_sensitivities,
     estimate,
-    free_parameters,
     linear_values,
     maximise_likelihood,
 )
+from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
@@ -31,6 +33,7 @@ from aerosid.equation_error.selection.structure import (
     deletions,
     first_order_loss,
 )
+from aerosid.equation_error.selection.wald_tests import distances_from_null
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -94,7 +97,31 @@ def test_a_fit_that_starts_from_the_columns_of_a_reduced_structure_reaches_the_s
     deviations = np.sqrt(np.diag(alone.estimate.solution.covariance))[-5:]
     expected = [value for active in alone.point.effects for value in active.values]
     values = [value for active in near.point.effects for value in active.values]
-    assert np.all(np.abs(np.subtract(values, expected)) < 0.1 * deviations)
+    assert np.all(np.abs(np.subtract(values, expected)) <= 0.1 * deviations)
+
+
+def test_a_parameter_at_its_limit_is_held_and_the_others_are_estimated_given_it(
+    two_records: tuple[RegressionProblem, Estimate],
+) -> None:
+    """The lag ends at .19 s: where it may not exceed .15 s, the optimum is that of a lag which is known to be .15 s."""
+    problem, found = two_records
+    effect = control_lag("delta_e")
+    (parameter,) = effect.parameters
+    limited = replace(effect, parameters=(replace(parameter, highest=0.15),))
+    *steps, lag = found.point.effects
+    assert lag.values[0] > 0.16
+    held = estimate(problem, found.point.with_effects((*steps, ActiveEffect(limited, (0.05,)))), steps=12)
+    given = estimate(
+        problem, found.point.with_effects((*steps, frozen(ActiveEffect(effect, (0.15,))))), held.solution.weights
+    )
+    assert held.point.effects[-1].values == (0.15,)
+    assert held.log_likelihood == pytest.approx(given.log_likelihood, abs=CLOSE)
+    # What the regression predicts of it is what can be reached, and the others' deviations are those with it known.
+    assert solve(held.design, held.solution.weights).log_likelihood == pytest.approx(held.log_likelihood, abs=CLOSE)
+    deviations, expected = (np.sqrt(np.diag(each.solution.covariance)) for each in (held, given))
+    assert deviations[-1] == 0.0
+    assert_allclose(deviations[:-1], expected, rtol=1e-2)
+    assert distances_from_null(held, Hypothesis("control_lag", "delta_e", effects=(lag,))) == []
 
 
 def test_the_loss_to_first_order_is_that_of_a_separate_estimate_where_an_effect_is_linear(

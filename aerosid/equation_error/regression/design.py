@@ -290,8 +290,13 @@ def _inverse(correlation: Array) -> Array:
     """The inverse (P, P) without the unidentifiable directions, whose eigenvalue is below 1e-10.
 
     The inverse's trace is the sum of the eigenvalues' inverses: where it is below 1e10, all are above, and Cholesky's
-    factor is sufficient.
+    factor is sufficient. Of an unknown without a column all elements are zero.
     """
+    has_column = np.diag(correlation) > 0.0
+    if not has_column.all():
+        whole = np.zeros_like(correlation)
+        whole[np.ix_(has_column, has_column)] = _inverse(correlation[np.ix_(has_column, has_column)])
+        return whole
     factor, failed = dpotrf(correlation)
     if not failed:
         inverse, failed = dpotri(factor)

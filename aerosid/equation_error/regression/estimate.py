@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,6 +25,7 @@ from aerosid.equation_error.regression.design import (
     uses_no_instruments,
 )
 from aerosid.equation_error.regression.gain import gain_over
+from aerosid.equation_error.regression.parameter_limits import free_parameters, solved_within_limits
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import LIFT
@@ -44,6 +46,9 @@ SETTLED = 1e-4
 
 CLOSE = 0.05
 """Numerical: change of ln L in a step that counts as converged."""
+
+REACHED = 0.01
+"""Numerical: gain in ln L that a step predicts, a seventh of one parameter's deviation, below which it is not taken."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +169,8 @@ class Optimum:
         if columns is None:
             columns = effect_sensitivities(self.problem, linear_values(self.design, self.solution), self.point, free)
         wide = self.design.extended(columns, [("effect", i, k) for i, k in free])
-        full = solve(wide, self.solution.weights)
+        again = functools.partial(solve, weights=self.solution.weights)
+        wide, full = solved_within_limits(wide, self.point.effects, again)
         # The likelihood of the point itself, not of the linear step beyond it.
         full = replace(full, log_likelihood=self.log_likelihood, residuals=self.solution.residuals)
         return Estimate(self.problem, self.point, wide, full)
@@ -219,7 +225,8 @@ def effect_sensitivities(
         side = active.perturbed(number, parameter.step)
         if side.values[number] == active.values[number]:  # at its upper limit
             side = active.perturbed(number, -parameter.step)
-        moved = residual_of(problem, known, replace(point, effects=_put(point.effects, index, side)), active, here)
+        effects = (*point.effects[:index], side, *point.effects[index + 1 :])
+        moved = residual_of(problem, known, replace(point, effects=effects), active, here)
         columns[:, column] = (here - moved) / (side.values[number] - active.values[number])
     return columns
 
@@ -239,12 +246,6 @@ def linear_values(design: Design, solution: Solution) -> dict[Unknown, float]:
     """The values of a solution's linear unknowns, without the effects' parameters."""
     pairs = zip(design.unknowns, solution.values.tolist(), strict=False)
     return {unknown: value for unknown, value in pairs if unknown[0] != "effect"}
-
-
-def _put(effects: Sequence[ActiveEffect], index: int, active: ActiveEffect) -> tuple[ActiveEffect, ...]:
-    changed = list(effects)
-    changed[index] = active
-    return tuple(changed)
 
 
 def estimate(problem: RegressionProblem, point: Point, weights: Weights | None = None, steps: int = STEPS) -> Estimate:
@@ -288,8 +289,12 @@ def maximise_likelihood(
         else:
             step_columns, near = _columns_near(near, problem, known, point), None
         wide = design.extended(step_columns, names)
-        full = regress(wide, problem.settings, solution.weights)
+        again = functools.partial(regress, settings=problem.settings, start=solution.weights)
+        _, full = solved_within_limits(wide, point.effects, again)
         if not is_promising(full):
+            break
+        if not inexact and abs(full.log_likelihood - solution.log_likelihood) < REACHED:
+            columns = step_columns
             break
         linear = len(design.unknowns)
         step = full.values[linear:]
@@ -304,11 +309,6 @@ def maximise_likelihood(
             columns = None if inexact else step_columns  # they hardly change over a step of a tenth of a deviation
             break
     return Optimum(problem, point, design, solution, columns)
-
-
-def free_parameters(effects: Sequence[ActiveEffect]) -> list[tuple[int, int]]:
-    """Index of each effect and of each of its free parameters."""
-    return [(i, k) for i, active in enumerate(effects) for k in range(len(active.values))]
 
 
 def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:

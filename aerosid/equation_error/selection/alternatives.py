@@ -312,16 +312,27 @@ class _Replacement:
         trial, hypothesis = linearised(self.reduced, candidate)
         if self._is_far_behind(trial, hypothesis, TRIALS.hopeless * self.least_margin):
             return None
-        if largest_deficit is not None and self._is_predicted_to_lose(trial, hypothesis, largest_deficit(hypothesis)):
+        most = np.inf if largest_deficit is None else largest_deficit(hypothesis) + TRIALS.losing_share * self.loss
+        deficits = [self._predicted_deficit(trial)]
+
+        def is_predicted_to_lose() -> bool:
+            # The gain by a lag, a limit or an instant deviates strongly from that predicted at its null value: some
+            # candidates that were predicted to lose won. Steps of its own parameters predict it well.
+            return deficits[-1] > most and (not hypothesis.effects or len(deficits) > 2)
+
+        if is_predicted_to_lose():
             return _NotEstimated()
         initial = with_hypothesis(self.reduced.point, hypothesis)
 
         def is_promising(predicted: Solution) -> bool:
-            return not self._is_far_behind(predicted, hypothesis, self.margin)
+            deficits.append(self._predicted_deficit(predicted))
+            return not (self._is_far_behind(predicted, hypothesis, self.margin) or is_predicted_to_lose())
 
         found = maximise_likelihood(
             self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising, near=self.reduced
         )
+        if is_predicted_to_lose():
+            return _NotEstimated()
         deficit = self.loss - found.gain_over(self.reduced)
         if not (deficit < self.margin and within_limits(found, hypothesis)):
             return None
@@ -334,11 +345,6 @@ class _Replacement:
         # Other kinds of time delay are as nonlinear as the selected one.
         far = self._predicted_deficit(predicted) > most + TRIALS.hopeless_share * self.loss
         return far and not is_redundant(hypothesis, [self.removed])
-
-    def _is_predicted_to_lose(self, predicted: Solution, hypothesis: Hypothesis, most: float) -> bool:
-        # The gain by a lag, a limit or an instant deviates strongly from its first-order prediction: some candidates
-        # that were predicted to lose won.
-        return not hypothesis.effects and self._predicted_deficit(predicted) > most + TRIALS.losing_share * self.loss
 
 
 def _row(found: Estimate, hypothesis: Hypothesis, chosen: Hypothesis, gain: float, deficit: float) -> Alternative:

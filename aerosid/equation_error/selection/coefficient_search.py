@@ -327,6 +327,8 @@ def _separation_first(
 ) -> SelectedStructure | None:
     """Forward selection with the controls first and flow separation second; None where separation is not significant.
 
+    Behind separation the controls are searched again, before all others: on a quasi-steady stall of the ATTAS the
+    moment of the thrust shows only then, and a centre of gravity displaced by a third of the chord stood for it.
     `enough` receives the number of its effects.
     """
     problem, hypotheses = initial.estimate.problem, search.hypotheses
@@ -334,7 +336,8 @@ def _separation_first(
     driven = search.forward(initial, controls, problem.settings.most, step_changes=False)
     separated = with_flow_separation(driven, problem, search.criterion, search.coefficients, search.log)
     if separated is not None:
-        separated = search.forward(separated, hypotheses, problem.settings.most)
+        driven = search.forward(separated, controls, problem.settings.most, step_changes=False)
+        separated = search.forward(driven, hypotheses, problem.settings.most)
         enough.value = len(separated.chosen)
     return separated
 

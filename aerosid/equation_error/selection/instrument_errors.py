@@ -22,9 +22,9 @@ from aerosid.equation_error.regression.estimate import (
     RegressionProblem,
     effect_sensitivities,
     estimate,
-    free_parameters,
     linear_values,
 )
+from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.candidates import (

@@ -23,9 +23,9 @@ from aerosid.equation_error.regression.estimate import (
     Estimate,
     effect_sensitivities,
     estimate,
-    free_parameters,
     linear_values,
 )
+from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.standard_errors import corrected_covariance, covariance_of_scores
 from aerosid.equation_error.selection.alternatives import Alternative, replacements_of
 from aerosid.equation_error.selection.structure import (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.aerodynamic_terms import is_symmetric, searched_parameters
 from aerosid.effects.cg_shift import cg_shift_step
-from aerosid.effects.flow_separation import flow_separation
+from aerosid.effects.flow_separation import flow_separation, longest_separation
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_change import step_change
 from aerosid.effects.step_input import instant_of, is_step_change, rise_of
@@ -174,7 +174,9 @@ def separation_hypotheses(problem: RegressionProblem, base: Estimate, coefficien
     alphas = [r.channels["alpha"] for r in problem.recordings if r.fitted]
     drag, lift, moment = symmetric
     highest = max(float(np.max(alpha)) for alpha in alphas)
-    effect = flow_separation(highest, lift, (drag, moment))
+    slowest = min(r.manoeuvre.mean_airspeed for r in problem.recordings if r.fitted)
+    longest = longest_separation(base.point.model.constants.mean_chord, slowest)
+    effect = flow_separation(highest, lift, (drag, moment), longest)
     ranked = []
     for star in (*(share * highest for share in STAR_SHARES), highest + BEYOND):
         for sharpness in SHARPNESS:

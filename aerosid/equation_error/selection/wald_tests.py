@@ -181,9 +181,14 @@ def unknown_indices(found: Estimate, hypothesis: Hypothesis) -> list[int]:
 
 
 def distances_from_null(found: Estimate, hypothesis: Hypothesis) -> list[tuple[int, float]]:
-    """Index among the unknowns of each of a hypothesis' parameters, and its distance from the null value."""
+    """Index among the unknowns of each of a hypothesis' estimated parameters, and its distance from the null value.
+
+    Those held at a limit are left out.
+    """
     rows = []
     for n in unknown_indices(found, hypothesis):
+        if found.solution.covariance[n, n] <= 0.0:
+            continue
         unknown, distance = found.design.unknowns[n], float(found.solution.values[n])
         if unknown[0] == "effect":
             active, number = found.point.effects[int(str(unknown[1]))], int(str(unknown[2]))
