@@ -310,9 +310,12 @@ class _Replacement:
     ) -> _Estimated | _NotEstimated | None:
         """A candidate's estimate; None if it is no alternative, `_NotEstimated` if the predicted deficit is large."""
         trial, hypothesis = linearised(self.reduced, candidate)
-        if self._is_far_behind(trial, hypothesis, TRIALS.hopeless * self.least_margin):
+        # A selected effect of implausible size may be replaced by what is far less likely without its prior.
+        winning = -np.inf if largest_deficit is None else largest_deficit(hypothesis)
+        if self._is_far_behind(trial, hypothesis, max(TRIALS.hopeless * self.least_margin, winning)):
             return None
-        most = np.inf if largest_deficit is None else largest_deficit(hypothesis) + TRIALS.losing_share * self.loss
+        most = np.inf if largest_deficit is None else winning + TRIALS.losing_share * self.loss
+        margin = max(self.margin, winning)
         deficits = [self._predicted_deficit(trial)]
 
         def is_predicted_to_lose() -> bool:
@@ -326,7 +329,7 @@ class _Replacement:
 
         def is_promising(predicted: Solution) -> bool:
             deficits.append(self._predicted_deficit(predicted))
-            return not (self._is_far_behind(predicted, hypothesis, self.margin) or is_predicted_to_lose())
+            return not (self._is_far_behind(predicted, hypothesis, margin) or is_predicted_to_lose())
 
         found = maximise_likelihood(
             self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising, near=self.reduced
@@ -334,7 +337,7 @@ class _Replacement:
         if is_predicted_to_lose():
             return _NotEstimated()
         deficit = self.loss - found.gain_over(self.reduced)
-        if not (deficit < self.margin and within_limits(found, hypothesis)):
+        if not (deficit < margin and within_limits(found, hypothesis)):
             return None
         return _Estimated(hypothesis, found.estimate, deficit)
 
