@@ -108,6 +108,14 @@ def test_an_angle_stands_beside_the_unit_that_its_number_has(result: ClosedLoop,
     assert count == text.count("0.0200 ± 0.0010") >= 4
 
 
+def test_a_number_without_a_standard_error_says_why(result: ClosedLoop) -> None:
+    stall = Effect(1, "flow_separation", "C_L", "", 0.27, 0.001, "rad", Evidence(None, 1e-9, None, 50.0))
+    numbers = {"sharpness": Parameter(150.0, None, "1/rad"), "delay": Parameter(0.11, 0.05, "s")}
+    shown = dataclasses.replace(result, effects=(dataclasses.replace(stall, parameters=numbers),), alternatives=())
+    text = " ".join(Page(report_html(shown, interactive=False)).text.split())
+    assert text.count("at its limit or not determined") == text.count("150.0 1/rad (at its limit") == 1
+
+
 def test_figures_are_drawn_labelled_and_follow_the_style_sheet(html: str, page: Page) -> None:
     drawings = [attributes for attributes in page.all("svg") if attributes.get("role") == "img"]
     assert len(drawings) == len(page.all("figcaption")) == len(compose(closed_loop()).figures)
