@@ -8,7 +8,7 @@ The flow separates at the point X of the chord, 1 attached to 0 separated at the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from aerosid.effects.family import Family, Kind, Planted
 from aerosid.effects.kinds import ActiveEffect, EffectParameter, StateEffect
@@ -17,12 +17,12 @@ from aerosid.effects.step_change import offset_column
 from aerosid.flight_model.motion_laws import Law
 
 
-def longest_separation(mean_chord: float, airspeed: float) -> float:
+def longest_separation(mean_chord: float, airspeeds: Iterable[float]) -> float:
     """Longest plausible delay or relaxation of flow separation, s: what is slower is no flow over the wing.
 
-    `mean_chord`: m; `airspeed`: m/s.
+    `mean_chord`: m; `airspeeds`: m/s, of the flights, the slowest of which counts.
     """
-    return min(OFFERED.longest_separation, OFFERED.separation_chords * mean_chord / airspeed)
+    return min(OFFERED.longest_separation, OFFERED.separation_chords * mean_chord / min(airspeeds))
 
 
 def flow_separation(

@@ -55,8 +55,8 @@ def _likeliest_with_separation(search: StructureSearch, base_estimates: Sequence
     """The estimate of least penalised cost with flow separation added to one of several others."""
     highest = max(float(np.nanmax(manoeuvre.measured("alpha"))) for manoeuvre in search.manoeuvres)
     drag, lift, moment_name = search.separation_coefficients
-    slowest = min(manoeuvre.mean_airspeed for manoeuvre in search.manoeuvres)
-    longest = longest_separation(base_estimates[0].model.constants.mean_chord, slowest)
+    airspeeds = [manoeuvre.mean_airspeed for manoeuvre in search.manoeuvres]
+    longest = longest_separation(base_estimates[0].model.constants.mean_chord, airspeeds)
     effect = flow_separation(highest, lift, (drag, moment_name), longest)
     other_values = tuple(parameter.trials[0] for parameter in effect.parameters[1:])
     starts = [

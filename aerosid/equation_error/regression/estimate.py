@@ -294,7 +294,6 @@ def maximise_likelihood(
         if not is_promising(full):
             break
         if not inexact and abs(full.log_likelihood - solution.log_likelihood) < REACHED:
-            columns = step_columns
             break
         linear = len(design.unknowns)
         step = full.values[linear:]

@@ -174,8 +174,8 @@ def separation_hypotheses(problem: RegressionProblem, base: Estimate, coefficien
     alphas = [r.channels["alpha"] for r in problem.recordings if r.fitted]
     drag, lift, moment = symmetric
     highest = max(float(np.max(alpha)) for alpha in alphas)
-    slowest = min(r.manoeuvre.mean_airspeed for r in problem.recordings if r.fitted)
-    longest = longest_separation(base.point.model.constants.mean_chord, slowest)
+    airspeeds = [r.manoeuvre.mean_airspeed for r in problem.recordings if r.fitted]
+    longest = longest_separation(base.point.model.constants.mean_chord, airspeeds)
     effect = flow_separation(highest, lift, (drag, moment), longest)
     ranked = []
     for star in (*(share * highest for share in STAR_SHARES), highest + BEYOND):
