@@ -71,8 +71,7 @@ def _open_points(result: ClosedLoop) -> Iterator[str]:
                 f"Without {effect_name(effect)}, with everything else re-estimated, flights not used in the fit are "
                 f"predicted better: the error in the median channel is {number(gain, 2)} of that with it."
             )
-    for chosen in dict.fromkeys(effect.instead_of for effect in result.alternatives):
-        yield from _alternatives_to(chosen, [effect for effect in result.alternatives if effect.instead_of == chosen])
+    yield from _replaceable(result.alternatives)
     if result.validation and not result.hold_out and result.decided_by_validation:
         yield (
             f"The validation flights took part in structure determination ({listed(result.decided_by_validation)}): "
@@ -89,17 +88,38 @@ def _open_points(result: ClosedLoop) -> Iterator[str]:
                 f"{number(abs(effect.value / effect.std_error), 2)} standard errors from its null value, would occur "
                 f"by chance in {chance} % of such searches."
             )
+    left: dict[str, list[str]] = {}
     for log in dict.fromkeys(row.log for row in result.errors):
-        rows = [row for row in result.errors if row.log == log]
-        yield from _left_over(log, rows, noise_is_the_measure(result))
+        for remark in _left_over([row for row in result.errors if row.log == log], noise_is_the_measure(result)):
+            left.setdefault(remark, []).append(log)
+    yield from (f"On {listed(logs)} {remark}" for remark, logs in left.items())
 
 
-def _alternatives_to(chosen: str, alternatives: Sequence[Effect]) -> Iterator[str]:
-    """Remarks on the effects that could replace a chosen one."""
-    place = chosen or "the chosen structure"
-    equal = [effect_name(effect) for effect in alternatives if not fits_better(effect)]
-    if equal:
-        yield f"These manoeuvres cannot distinguish {listed(equal)} from {place}."
+def _replaceable(alternatives: Sequence[Effect]) -> Iterator[str]:
+    """Remarks on the effects that others could replace: these are named where they are few, else they are counted."""
+    groups: dict[str, list[Effect]] = {}
+    for effect in alternatives:
+        groups.setdefault(effect.instead_of or "the chosen structure", []).append(effect)
+    equal = {
+        place: [effect_name(effect) for effect in effects if not fits_better(effect)]
+        for place, effects in groups.items()
+    }
+    equal = {place: names for place, names in equal.items() if names}
+    count = sum(map(len, equal.values()))
+    if count > REMARKS.most_named:
+        yield (
+            f"These manoeuvres cannot distinguish {listed(list(equal))} from {count} other effects, which "
+            "“Indistinguishable alternatives” lists."
+        )
+    else:
+        for place, names in equal.items():
+            yield f"These manoeuvres cannot distinguish {listed(names)} from {place}."
+    for place, effects in groups.items():
+        yield from _better(place, effects)
+
+
+def _better(place: str, alternatives: Sequence[Effect]) -> Iterator[str]:
+    """A remark on the effects with which the fit improves by more than the margin."""
     better = [effect for effect in alternatives if fits_better(effect)]
     if better:
         names = [f"{effect_name(effect)} (by {number(-(effect.worse_by or 0.0), 2)})" for effect in better]
@@ -118,11 +138,11 @@ def noise_is_the_measure(result: ClosedLoop) -> bool:
     return result.decided_by != "equations"
 
 
-def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[str]:
-    """Remarks on the remaining error on one log; `measured`: in units of the noise."""
+def _left_over(rows: Sequence[ErrorRow], measured: bool) -> Iterator[str]:
+    """What is said of the remaining error on one log; `measured`: in units of the noise."""
     diverged = [row.channel for row in rows if row.after is None]
     if diverged:
-        yield f"On {log} the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
+        yield "the simulation of the completed model leaves |α| < 1.5 rad: no error can be given."
     shifted = [
         row for row in rows if row.after and row.trimmed is not None and row.after > REMARKS.above_noise * row.trimmed
     ]
@@ -133,7 +153,7 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
         fallen = listed([_change(row, row.after, row.trimmed) for row in shifted])
         increased = listed([_change(row, row.after, row.trimmed, "increases") for row in grown])
         yield (
-            f"On {log} the error of {fallen} when the constants of the coefficients are re-estimated on it: its trim, "
+            f"the error of {fallen} when the constants of the coefficients are re-estimated on it: its trim, "
             "centre of gravity or instrument zeros differ from those of the fitted flights"
             f"{f', or an effect is missing: that of {increased}' if increased else ''}."
         )
@@ -145,7 +165,7 @@ def _left_over(log: str, rows: Sequence[ErrorRow], measured: bool) -> Iterator[s
             for row in above
         ]
         why = ": there is turbulence or recorder filtering, and the ratio to the noise does not measure the model"
-        yield f"On {log} the error remains above the measurement noise in {listed(times)}{'' if measured else why}."
+        yield f"the error remains above the measurement noise in {listed(times)}{'' if measured else why}."
 
 
 def _rest(row: ErrorRow) -> float | None:

@@ -15,6 +15,8 @@ class RemarkSettings:
         Error without an effect over error with it, 1, below which the effect is reported to worsen the prediction.
     chance : float
         p-value, 1, from which on a reported effect is described as possible by chance.
+    most_named : int
+        Alternatives up to which the open points name every one.
     above_noise : float
         Multiple of its noise, 1, from which on a channel's remaining error is reported in a sentence.
     corrected_worse : float
@@ -28,6 +30,7 @@ class RemarkSettings:
 
     worse: float = 0.98
     chance: float = 0.05
+    most_named: int = 4
     above_noise: float = 1.5
     corrected_worse: float = 1.02
     steady: float = 0.005

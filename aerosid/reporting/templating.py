@@ -63,6 +63,7 @@ def page_environment(folder: Path) -> Environment:
         symbol=symbol_html,
         term=term_html,
         effect=words.effect_sentence,
+        short_effect=words.short_effect,
         shown=_shown,
         plain=notation.plain,
         sentence=words.sentence,

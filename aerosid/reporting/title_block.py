@@ -21,7 +21,7 @@ from aerosid.reporting.flight_condition import NOT_RECORDED, FlightCondition, fl
 from aerosid.reporting.result_json import portable
 from aerosid.reporting.roles import NAMES
 
-REFERENCE_POINT = "centre of gravity; moments and accelerations refer to it"
+AXES = "body axes x forward, y right, z down from the centre of gravity; moments and accelerations refer to it"
 SIGNS = {
     LONGITUDINAL.name: "pitch rate and C_m nose up; elevator positive trailing edge down (C_m_delta_e negative)",
     LATERAL.name: (
@@ -33,7 +33,7 @@ SIGNS = {
 """Of each plane of the motion."""
 
 
-_ACCELERATIONS = "accelerations as specific force, a_z = −9.81 m/s² in level flight"
+_ACCELERATIONS = "specific force a_z = −9.81 m/s² in level flight"
 
 
 @dataclass(frozen=True)
@@ -148,6 +148,5 @@ def _references(result: ClosedLoop) -> list[tuple[str, str]]:
     return [
         ("References", sizes),
         ("Declared numbers from", aircraft.source or "not given"),
-        ("Reference point", REFERENCE_POINT),
-        ("Signs", f"body axes x forward, y right, z down; {signs}; {_ACCELERATIONS}"),
+        ("Signs", f"{AXES}; {signs}; {_ACCELERATIONS}"),
     ]

@@ -134,6 +134,13 @@ def effect_sentence(effect: Effect) -> str:
     return _said(effect) + (UNCONFIRMED if effect.evidence.unseen_better is False else "")
 
 
+def short_effect(effect: Effect) -> str:
+    """The effect for a narrow table: its name, with its time; `thrust change` is not told to be of the thrust."""
+    kind = effect.kind.replace("_", " ")
+    name = kind if effect.where and kind.startswith(effect.where) else effect_name(effect)
+    return name if effect.time is None else f"{name} at {effect.time:.2f} s"
+
+
 UNCONFIRMED = " (does not improve the prediction of validation data)"
 """Mark of an effect that the validation data do not confirm."""
 

@@ -13,14 +13,16 @@ from hypothesis import strategies as st
 from problems_report import closed_loop
 from pypdf import PageObject, PdfReader
 from reportlab.pdfbase.pdfmetrics import stringWidth
+from reportlab.platypus import CondPageBreak, LongTable, Paragraph
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.chart import Chart, Line
 from aerosid.reporting.figures.layout import Row, Tile, parted, scale, stacked, tick_texts, tiled
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
+from aerosid.reporting.paper.blocks import allow_breaks
 from aerosid.reporting.paper.elements import parsed
-from aerosid.reporting.paper.typeface import registered
+from aerosid.reporting.paper.typeface import registered, style
 
 MOST_SHEETS = 9
 FOOT = 70.0
@@ -169,3 +171,28 @@ def test_the_paper_is_the_same_whether_or_not_the_page_was_drawn(eight_seconds: 
     assert report_pdf(eight_seconds, compose(eight_seconds, inline=False)) == report_pdf(
         eight_seconds, compose(eight_seconds)
     )
+
+
+@pytest.mark.parametrize("count", [3, 7, 8])
+def test_tiles_with_one_axis_are_marked_below_the_lowest_also_when_parted(count: int) -> None:
+    limits = (0.0, 20.0)
+    points = np.array(limits)
+    tile = Tile("lag", "y", limits, (0.0, 1.0), (Line(points, points, "after"),))
+    whole = tiled([tile] * count, 4, 52.0, shared=True)
+    assert [panel.x.bare for panel in whole.panels] == [i + 4 < count for i in range(count)]
+    parts = parted(whole, 110.0)
+    assert (parts is None) is (count <= 4)
+    for part in parts or ():
+        assert not any(panel.x.bare for panel in part.panels)
+        assert min(panel.bottom for panel in part.panels) >= 24.0
+
+
+def test_a_text_between_heading_and_long_table_stays_with_its_table() -> None:
+    heading = Paragraph("Heading", style(10.0, together=True))
+    text = Paragraph("text", style(8.0))
+    rows = LongTable([["row"]] * 40)
+    first, *others = allow_breaks([heading, text, rows])
+    assert isinstance(first, CondPageBreak)
+    assert others == [heading, text, rows]
+    long = Paragraph("a long text " * 100, style(8.0))
+    assert [type(part) for part in allow_breaks([heading, long])] == [CondPageBreak, Paragraph, Paragraph]

@@ -34,7 +34,7 @@ def autocorrelations(rows: Sequence[FitRow], samples: int) -> Chart:
         lines = [Line(np.arange(len(r.autocorrelation), dtype=float), _array(r), _ROLES[r.variant]) for r in own]
         marks: tuple[Mark, ...] = (Band(-bound, bound), *lines)
         tiles.append(Tile("lag [samples]", subscripted(channel), (0.0, float(max(lags, 1))), (-0.6, 1.05), marks))
-    return tiled(tiles, columns=4, tile_height=52.0)
+    return tiled(tiles, columns=4, tile_height=52.0, shared=True)
 
 
 def _array(row: FitRow) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

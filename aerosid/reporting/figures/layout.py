@@ -26,6 +26,9 @@ set upright."""
 _GAP_ACROSS, _GAP_UP = 60.0, 38.0
 """Display: pt between tiles."""
 
+_GAP_SHARED = 12.0
+"""Display: pt between rows of tiles of which only the lowest have the values of their common axis."""
+
 _TILE_HEIGHT = 104.0
 """Display: pt."""
 
@@ -119,7 +122,7 @@ def parted(chart: Chart, height: float) -> tuple[Chart, Chart] | None:
 
 
 def _part(chart: Chart, groups: Sequence[Sequence[Panel]]) -> Chart:
-    """Some strips of a chart as a chart of their own, the lowest with the tick values of the time axis."""
+    """Some panels of a chart as a chart of their own, the lowest with the tick values of a common axis."""
     panels = [panel for group in groups for panel in group]
     top = panels[0].bottom + panels[0].height
     drop = panels[-1].bottom - _BOTTOM
@@ -127,24 +130,38 @@ def _part(chart: Chart, groups: Sequence[Sequence[Panel]]) -> Chart:
         replace(
             panel,
             bottom=panel.bottom - drop,
-            x=replace(panel.x, bare=bool(chart.timeline) and panel is not panels[-1]),
+            x=replace(panel.x, bare=panel.x.bare and panel.bottom > panels[-1].bottom),
         )
         for panel in panels
     ]
     return Chart(chart.width, top - drop + _TOP, tuple(moved), chart.timeline)
 
 
-def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HEIGHT) -> Chart:
-    """Panels side by side, so many in a row, each with its own axes; heights in pt."""
+def tiled(tiles: Sequence[Tile], columns: int = 2, tile_height: float = _TILE_HEIGHT, *, shared: bool = False) -> Chart:
+    """Panels side by side, so many in a row; heights in pt.
+
+    Parameters
+    ----------
+    tiles : sequence of Tile
+        Row by row from the top.
+    columns : int
+        Of panels.
+    tile_height : float
+        Of a panel, pt.
+    shared : bool
+        Whether all have one horizontal axis: it is then marked below the lowest of each column alone.
+    """
+    gap = _GAP_SHARED if shared else _GAP_UP
     rows = -(-len(tiles) // columns)
     width = (WIDTH - columns * (_GAP_ACROSS + _RIGHT)) / columns
-    height = _TOP + rows * (tile_height + _GAP_UP) - _GAP_UP + _BOTTOM
+    height = _TOP + rows * (tile_height + gap) - gap + _BOTTOM
     panels = []
     for i, tile in enumerate(tiles):
         row, column = divmod(i, columns)
         left = _LEFT + column * (width + _GAP_ACROSS + _RIGHT)
-        bottom = height - _TOP - tile_height - row * (tile_height + _GAP_UP)
-        x = Axis(tile.x_label, tile.x_limits, _beside(tile.x_limits, 4, width))
+        bottom = height - _TOP - tile_height - row * (tile_height + gap)
+        above = shared and i + columns < len(tiles)
+        x = Axis(tile.x_label, tile.x_limits, _beside(tile.x_limits, 4, width), bare=above)
         y = Axis(tile.y_label, tile.y_limits, scale(tile.y_limits, 4))
         panels.append(Panel(left, bottom, width, tile_height, x, y, tile.marks))
     return Chart(WIDTH, height, tuple(panels))

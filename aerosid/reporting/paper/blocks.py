@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 from typing import Any
 
 from reportlab.pdfbase.pdfmetrics import stringWidth
@@ -29,7 +30,9 @@ _TEXT, _QUIET, _HEADING = 8.0, 7.0, 10.0
 """Display: pt, sizes of type."""
 
 _LEAST = 120.0
-"""Display: room, pt, needed by the headings and the first rows of a long table."""
+"""Display: room, pt, needed by the headings and the first rows of a long table or lines of a long text."""
+_LONG_TEXT = 900
+"""Display: characters, about seven lines, from which on a text below a heading may continue on the next page."""
 
 _KEY_SIZE, _KEY_HEIGHT = 7.5, 10.0
 """Display: pt, type and height of a figure's legend."""
@@ -134,21 +137,22 @@ def blocks(element: Element, figures: Mapping[str, Figure], width: float) -> Ite
 
 
 def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
-    """The flowables with long tables and strip charts free to begin on the page of their headings.
+    """The flowables with long tables, long texts and strip charts free to begin on the page of their headings.
 
-    A table or a chart of up to a page that stayed together with its headings would leave the rest of the page
-    before empty.
+    A table, a text or a chart of up to a page that stayed together with its headings would leave the rest of the
+    page before empty.
     """
     heads: list[Any] = []
-    for flowable in flowables:
-        if isinstance(flowable, Paragraph) and flowable.style.keepWithNext:
+    for flowable, following in zip_longest(flowables, flowables[1:]):
+        below = bool(heads) and isinstance(following, LongTable)  # a text between the headings and their table
+        if isinstance(flowable, Paragraph) and (flowable.style.keepWithNext or below):
             heads.append(flowable)
             continue
         if isinstance(flowable, Drawing):
             yield flowable.under(heads)
             heads = []
             continue
-        if isinstance(flowable, LongTable):
+        if isinstance(flowable, LongTable) or (heads and _is_long_text(flowable)):
             yield CondPageBreak(_LEAST)
             for head in heads:
                 head.keepWithNext = False
@@ -156,6 +160,10 @@ def allow_breaks(flowables: Sequence[Any]) -> Iterator[Any]:
         yield flowable
         heads = []
     yield from heads
+
+
+def _is_long_text(flowable: Any) -> bool:
+    return isinstance(flowable, Paragraph) and len(flowable.text or "") > _LONG_TEXT
 
 
 def _block(element: Element, figures: Mapping[str, Figure], width: float) -> Iterator[Any]:

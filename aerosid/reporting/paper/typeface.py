@@ -81,4 +81,6 @@ def style(
         spaceAfter=after,
         keepWithNext=together,
         splitLongWords=True,
+        allowWidows=0,
+        allowOrphans=0,
     )

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any
 
 from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.effect_rows import Effect
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.error_rows import by_log, noise_scale
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.judgement import DECISIONS, TONES, headline_rows, noise_is_the_measure, open_points
+from aerosid.reporting.remarks import remarks
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
@@ -18,6 +20,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     rows = headline_rows(result)
     scale = noise_scale(rows) if noise_is_the_measure(result) else None
     lead, stop, rest = result.summary.partition(". ")
+    beside = 0 < len(result.effects) <= _BESIDE and len({(row.log, row.role) for row in rows}) == 1
     return {
         "lead": lead + stop.strip(),
         "rest": rest,
@@ -26,11 +29,29 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         "meaning": result.verdict.value,
         "decision": DECISIONS[result.verdict],
         "open_points": open_points(result),
+        "remarks": remarks(result),
         "derivatives": [_columns(part) for part in _threes(result.derivatives)],
         "logs": by_log(rows, result),
+        "senses": list(_senses(result.effects)) if beside else [],
         "scale": scale or False,
-        "beside": 0 < len(result.effects) <= _BESIDE and len({(row.log, row.role) for row in rows}) == 1,
+        "beside": beside,
     }
+
+
+_SENSES = {
+    "sensor_bias": "a bias is measured − true",
+    "sensor_scale": "a scale is measured / true",
+    "sensor_delay": "what is recorded late has a positive delay",
+}
+"""Positive senses of the errors of instruments, which their short names do not tell."""
+
+
+def _senses(effects: Sequence[Effect]) -> Iterator[str]:
+    """The positive senses of the kinds among the effects, and what their mark means."""
+    kinds = {effect.kind for effect in effects}
+    yield from (words for kind, words in _SENSES.items() if kind in kinds)
+    if any(effect.evidence.unseen_better is False for effect in effects):
+        yield "one that is not confirmed does not improve the prediction of validation data"
 
 
 _BESIDE = 9

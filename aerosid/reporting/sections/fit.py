@@ -30,9 +30,6 @@ def _figure(log: str, rows: list[FitRow], samples: int, figures: FigureBook) -> 
     """The autocorrelations of a log's residuals; None where every simulation diverged."""
     if not any(row.autocorrelation for row in rows):
         return None
-    caption = (
-        f"Autocorrelation of the open-loop residuals of {log}. White noise stays in the band. Noise of the measured "
-        "control colours a residual too; the innovations below are free of that."
-    )
+    caption = f"Autocorrelation of the open-loop residuals of {log}; white noise stays in the band."
     label = f"Autocorrelations of the residuals of {', '.join(dict.fromkeys(row.channel for row in rows))}"
     return figures.add(autocorrelations(rows, samples), caption, label)

@@ -13,7 +13,7 @@ from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.words import shown_unit, subscripted
 
-_STRIP, _GAP = 46.0, 12.0
+_STRIP, _GAP = 36.0, 9.0
 """Display: pt, of a strip and between strips."""
 
 
@@ -38,6 +38,8 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
         "planned": planned,
         "moved": " and ".join(SURFACES[name] for name in planned.deflections) if planned is not None else "",
         "figure": figure,
+        "rivals": any(question.kind != "derivative" for question in ahead.questions),
+        "derivatives": any(question.kind == "derivative" for question in ahead.questions),
         "answers": [(question, _answer(question)) for question in ahead.questions],
     }
 

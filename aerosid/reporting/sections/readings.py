@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES
 from aerosid.reporting.figures.numbered import FigureBook
@@ -13,8 +14,9 @@ from aerosid.reporting.roles import label_of
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
-    """The channels of every log with their sources."""
+    """The channels of every log with their sources; where an earlier log was read in the same way, its name."""
     logs: list[dict[str, Any]] = []
+    ways: list[tuple[FlightLog, object]] = []
     roles = [(role, log) for role in ROLES for log in getattr(result, role)]
     for role, log in roles:
         channels = []
@@ -31,5 +33,22 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
                     "high": float(values[known].max()) if known.any() else None,
                 }
             )
-        logs.append({"log": log, "role": role, "label": label_of(role, result), "channels": channels})
+        way = _way(log)
+        alike = next((earlier.name for earlier, its_way in ways if its_way == way), "")
+        ways.append((log, way))
+        logs.append(
+            {
+                "log": log,
+                "role": role,
+                "label": label_of(role, result),
+                "channels": channels,
+                "alike": alike,
+                "missing": any(channel["missing"] for channel in channels),
+            }
+        )
     return {"logs": logs}
+
+
+def _way(log: FlightLog) -> object:
+    """How the log was read: of each channel the columns with their conversion, the sensor's position, and the unit."""
+    return {name: (log.sources.get(name), log.positions.get(name), log.units.get(name)) for name in log.channels}

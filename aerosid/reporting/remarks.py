@@ -1,0 +1,73 @@
+"""Assumptions and remarks of a result as the report gives them: what holds alike for several is said once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from aerosid.loop.derivative_table import (
+    CONTRADICTED,
+    DerivativeRow,
+    derivative_name,
+    notes_on_insignificant_derivatives,
+)
+from aerosid.loop.judgement_settings import JUDGEMENT
+from aerosid.loop.result import ClosedLoop
+from aerosid.notation import listed, number, plain
+
+
+def remarks(result: ClosedLoop) -> tuple[str, ...]:
+    """The notes of the result, those of several logs or derivatives joined where they say the same; no note is lost.
+
+    Parameters
+    ----------
+    result : ClosedLoop
+        The result of close-loop, whose notes name one log or one derivative each.
+    """
+    single = {note: row for row in result.derivatives for note in notes_on_insignificant_derivatives([row])}
+    names = [log.name for log in (*result.identification, *result.validation, *result.hold_out)]
+    grouped: dict[str, list[str]] = {}
+    hidden: list[DerivativeRow] = []
+    for note in result.notes:
+        if note in single:
+            hidden.append(single[note])
+            continue
+        log = next((name for name in names if note.startswith(f"{name}: ")), "")
+        grouped.setdefault(note.removeprefix(f"{log}: ") if log else note, []).append(log)
+    joined = [f"{listed(logs)}: {text}" if any(logs) else text for text, logs in grouped.items()]
+    return (*joined, *_on_insignificant(hidden))
+
+
+def _on_insignificant(rows: Sequence[DerivativeRow]) -> Iterator[str]:
+    """A sentence on the derivatives whose declared values the completed aircraft keeps, and one on the others."""
+    if len(rows) == 1:
+        yield from notes_on_insignificant_derivatives(rows)
+        return
+    kept = [row for row in rows if row.estimate is not None]
+    if kept:
+        yield f"{_estimates(kept)}; the completed aircraft keeps the declared {_values([row.value for row in kept])}."
+    used = [row for row in rows if row.estimate is None]
+    against = [row.declared for row in used if row.declared is not None and row.declared != row.value]
+    if used:
+        why = (
+            f"; the completed aircraft uses what is estimated, because the records and the identified effects "
+            f"{CONTRADICTED} {_values(against)}"
+        )
+        yield f"{_estimates(used)}{why if against else ''}."
+
+
+def _estimates(rows: Sequence[DerivativeRow]) -> str:
+    """The derivatives with estimate and standard error, and what must not be done with them."""
+    names = listed([f"{derivative_name(row.coefficient, row.term)} ({_estimate(row)})" for row in rows])
+    return f"Not significant in these records: {names}. Do not use the estimates as measured values"
+
+
+def _estimate(row: DerivativeRow) -> str:
+    value = number(row.value if row.estimate is None else row.estimate)
+    text = f"{value}, no bound" if row.std_error is None else f"{value} ± {number(row.std_error, 2)}"
+    if row.correlation_max is not None and row.correlation_max > JUDGEMENT.correlated:
+        text += f", correlation {row.correlation_max:.3f} with another estimate"
+    return text
+
+
+def _values(values: Sequence[float]) -> str:
+    return f"value{'s' if len(values) > 1 else ''} {listed([plain(value, 4) for value in values])}"
