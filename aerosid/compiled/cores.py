@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from multiprocessing.connection import Connection, Pipe
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from aerosid.compiled.sent_results import packed, unpacked
 
@@ -26,36 +26,66 @@ _lent: ContextVar[tuple[Connection, ...]] = ContextVar("where results come from 
 _TICKET = 2
 """Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
 
-_NUMBER = 8
+NUMBER = 8
 """Layout: bytes of a whole number that copies see."""
 
 MOST = 10_000
 """Numerical: items that are dealt out; their numbers have to fit into a pipe that nobody empties yet."""
 
 
+Shared = tuple[mmap.mmap, int]
+"""Memory that several processes see, and where a number stands in it."""
+
+
+class Replicas(Protocol):
+    """Other processes that are in the same place of the same task (`compiled.replicas`)."""
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether none is left."""
+
+    def number(self) -> Shared | None:
+        """The place of a number that all of them see; None where there is no more room."""
+
+    def done(
+        self,
+        task: Callable[[Any], Any],
+        items: Sequence[Any],
+        until: Callable[[Any], bool],
+        common: Sequence[object],
+    ) -> dict[int, Any]:
+        """The results of some items, found by all together."""
+
+
+_replicas: ContextVar[Replicas | None] = ContextVar("processes in the same place of the same task", default=None)
+
+
 class NumberSeenByCopies:
-    """A whole number that this process and the copies that it makes later all see and change.
+    """A whole number that this process, its replicas and the copies that it makes later all see and change.
 
     When one learns of it depends on chance: it may save work, and must not change a result.
 
     Parameters
     ----------
     value : int
-        To begin with.
+        To begin with; of replicas some may begin when others have changed it.
     """
 
     def __init__(self, value: int) -> None:
-        self._room = mmap.mmap(-1, _NUMBER)
-        self.value = value
+        replicas = _replicas.get()
+        shared = replicas.number() if replicas is not None else None
+        self._room, self._at = shared if shared is not None else (mmap.mmap(-1, NUMBER), 0)
+        self._first = value
 
     @property
     def value(self) -> int:
         """The number."""
-        return int.from_bytes(self._room[:_NUMBER], "big")
+        known = int.from_bytes(self._room[self._at : self._at + NUMBER], "big")
+        return known - 1 if known else self._first  # zero as long as nobody has changed it
 
     @value.setter
     def value(self, value: int) -> None:
-        self._room[:_NUMBER] = value.to_bytes(_NUMBER, "big")
+        self._room[self._at : self._at + NUMBER] = (value + 1).to_bytes(NUMBER, "big")
 
 
 def available() -> int:
@@ -86,6 +116,32 @@ def _sharing(count: int, lent: tuple[Connection, ...]) -> Iterator[None]:
         _lent.reset(lent_before)
 
 
+def are_replicated() -> bool:
+    """Whether other processes are in the same place of the same task."""
+    return _replicas.get() is not None
+
+
+@contextlib.contextmanager
+def replicated_by(replicas: Replicas) -> Iterator[None]:
+    """Inside the block `mapped` deals out to replicas of this process, which are in the same block."""
+    before = _replicas.set(replicas)
+    try:
+        yield
+    finally:
+        _replicas.reset(before)
+
+
+@contextlib.contextmanager
+def apart(processes: int) -> Iterator[None]:
+    """Inside the block this process does what its replicas do not, with its share of the cores."""
+    before = _replicas.set(None)
+    try:
+        with on_cores(max(allowed() // processes, 1)):
+            yield
+    finally:
+        _replicas.reset(before)
+
+
 def mapped(
     task: Callable[[_Item], _Result],
     items: Sequence[_Item],
@@ -114,6 +170,10 @@ def mapped(
     count = min(cores, len(items))
     if count < 2 or len(items) > MOST or sys.platform != "linux":
         return _up_to(until, map(task, items))
+    replicas = _replicas.get()
+    if replicas is not None and not replicas.is_alone:
+        done = replicas.done(task, items, until, common)
+        return _up_to(until, (done[n] if n in done else task(item) for n, item in enumerate(items)))
     if worth > 0.0:
         began = time.perf_counter()
         first = task(items[0])
@@ -267,6 +327,7 @@ def _copied(
             here.close()  # so that what nobody reads any more fails to be written, and does not wait for ever
             _allowed.set(cores)
             _lent.set(())
+            _replicas.set(None)
             there.send_bytes(packed(work(), common))
             there.close()
         finally:

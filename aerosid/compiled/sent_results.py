@@ -10,6 +10,9 @@ from collections.abc import Callable, Sequence
 from types import CellType, FunctionType
 from typing import Any
 
+NOT_SENT = (pickle.PicklingError, TypeError, AttributeError, ValueError)
+"""What is raised where something cannot be sent."""
+
 
 def packed(result: object, common: Sequence[object] = ()) -> bytes:
     """A result as it is sent.
@@ -23,7 +26,7 @@ def packed(result: object, common: Sequence[object] = ()) -> bytes:
 
     Raises
     ------
-    pickle.PicklingError, TypeError, AttributeError, ValueError
+    NOT_SENT
         Where something in it cannot be sent.
     """
     room = io.BytesIO()

@@ -220,6 +220,11 @@ class ActiveEffect:
         """Kind and place."""
         return self.effect.kind, self.effect.where
 
+    @property
+    def identity(self) -> tuple[object, ...]:
+        """What tells the effect with its values from others, also after it was sent between processes."""
+        return *self.name, self.log, self.values
+
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:
     """The effects with other parameter values, which alone of an effect can be transferred between processes."""

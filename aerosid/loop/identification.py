@@ -17,7 +17,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import KinematicConsistency, contradicting
-from aerosid.compiled.cores import begun, both
+from aerosid.compiled.cores import begun
 from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
@@ -188,10 +188,7 @@ def identify(
 def _with_instrument_errors(
     problem: IdentificationProblem, logs: Sequence[FlightLog], settings: LoopSettings
 ) -> tuple[IdentificationProblem, KinematicConsistency | None]:
-    """The problem with its instrument errors, and contradictions of the channels that no instrument error reconciles.
-
-    Neither needs the other, and each takes a second or two: one core each.
-    """
+    """The problem with its instrument errors, and contradictions of channels that no instrument error reconciles."""
     if not settings.kinematics or problem.aircraft.axes not in compatibility.CASES:
         return with_identified_instrument_errors(problem, settings), None
 
@@ -201,7 +198,8 @@ def _with_instrument_errors(
         except EstimationError as error:
             return error
 
-    found, contradictions = both(identified, lambda: contradicting(logs), [problem])
+    compared = begun(lambda: contradicting(logs))
+    found, contradictions = identified(), compared()
     if isinstance(found, EstimationError):
         if contradictions is None:
             raise found

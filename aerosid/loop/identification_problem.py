@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 
 from aerosid import compatibility
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency, agreement_of
+from aerosid.compiled.replicas import replicated
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import equations_of
@@ -101,7 +103,8 @@ def with_identified_instrument_errors(problem: IdentificationProblem, settings: 
     checked = settings.kinematics or (settings.catalogue == "all" and settings.method in KINEMATICS_FIRST)
     if not checked or not problem.is_reconstructed:
         return problem
-    errors = identify_instrument_errors(
+    identified = functools.partial(
+        identify_instrument_errors,
         problem.declared,
         problem.free,
         problem.given,
@@ -111,4 +114,4 @@ def with_identified_instrument_errors(problem: IdentificationProblem, settings: 
         settings.equation_error,
         length=problem.aircraft.length,
     )
-    return replace(problem, instrument_errors=errors)
+    return replace(problem, instrument_errors=replicated(identified))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
+from aerosid.compiled.replicas import replicated
 from aerosid.equation_error.decision import decide
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
@@ -149,7 +150,7 @@ def _by_equations(
     progress("estimating by equation error")
     coefficients = problem.aircraft.coefficients
     a_priori = {entry: (value, sigma) for entry, value, sigma in _priors(problem.aircraft)}
-    decision = decide(instrument_errors, coefficients, declared=a_priori)
+    decision = replicated(lambda: decide(instrument_errors, coefficients, declared=a_priori))
     found = attribute_by_equations(decision, problem.manoeuvres)
     search = StructureSearch(
         problem.manoeuvres,

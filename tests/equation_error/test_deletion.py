@@ -7,6 +7,7 @@ import pytest
 from equations_decided import decided, identified
 
 from aerosid.compiled.cores import on_cores
+from aerosid.compiled.replicas import replicated
 from aerosid.equation_error.regression.estimate import CLOSE, estimate, maximise_likelihood
 from aerosid.equation_error.selection.structure import STEPS, deletions, point_without, structure_without
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -37,13 +38,15 @@ def test_deletion_matches_a_separate_estimate() -> None:
 
 
 def test_the_decision_does_not_depend_on_the_number_of_cores() -> None:
+    """Neither where each piece of work is done by copies made for it, nor where replicas find it together."""
     alone = decided(AIRCRAFT, LOGS[:1], LOGS[1:])
-    with on_cores(2):
-        shared = decided(AIRCRAFT, LOGS[:1], LOGS[1:])
     assert len(alone.findings) >= 2
-    for one, other in ((alone.findings, shared.findings), (alone.alternatives, shared.alternatives)):
-        rows, again = (
-            [(row.hypothesis.label, row.value, row.std_error, row.gain) for row in each] for each in (one, other)
-        )
-        assert rows == again
-    assert alone.covariance.tobytes() == shared.covariance.tobytes()
+    with on_cores(2):
+        found = [decided(AIRCRAFT, LOGS[:1], LOGS[1:]), replicated(lambda: decided(AIRCRAFT, LOGS[:1], LOGS[1:]))]
+    for shared in found:
+        for one, other in ((alone.findings, shared.findings), (alone.alternatives, shared.alternatives)):
+            rows, again = (
+                [(row.hypothesis.label, row.value, row.std_error, row.gain) for row in each] for each in (one, other)
+            )
+            assert rows == again
+        assert alone.covariance.tobytes() == shared.covariance.tobytes()

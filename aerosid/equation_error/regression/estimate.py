@@ -233,10 +233,10 @@ def effect_sensitivities(
 
 def _columns_near(near: Estimate, problem: RegressionProblem, known: Mapping[Unknown, float], point: Point) -> Array:
     """Sensitivities as of `effect_sensitivities`, those of effects with the same parameters in another estimate its."""
-    own = {id(active): n for n, active in enumerate(near.point.effects)}
+    own = {active.identity: n for n, active in enumerate(near.point.effects)}
     places = {unknown: p for p, unknown in enumerate(near.design.unknowns)}
     free = free_parameters(point.effects)
-    found = [places.get(("effect", own.get(id(point.effects[i]), -1), k)) for i, k in free]
+    found = [places.get(("effect", own.get(point.effects[i].identity, -1), k)) for i, k in free]
     new = [parameter for parameter, place in zip(free, found, strict=True) if place is None]
     computed = iter(effect_sensitivities(problem, known, point, new).T if new else ())
     return np.column_stack([next(computed) if place is None else near.design.columns[:, place] for place in found])
