@@ -17,9 +17,9 @@ from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import (
     Estimate,
     estimate,
-    weights_restricted_to,
 )
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, gains_by_deletion
 from aerosid.equation_error.selection.backward_elimination import Labels, eliminate_insignificant, improves_prediction

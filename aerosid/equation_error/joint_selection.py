@@ -10,8 +10,9 @@ from typing import NamedTuple
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.declared_values import DeclaredValues
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, compared_with, estimate
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.related_problems import compared_with
 from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error

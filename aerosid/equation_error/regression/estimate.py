@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -311,14 +311,16 @@ def maximise_likelihood(
 
 
 def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None) -> tuple[Point, Design, Solution]:
-    """The regression of the terms, repeated where columns depend on the terms' values: lift in a drag polar.
+    """The regression of the terms, repeated where columns depend on the terms' values.
 
-    Lift parameters are determined by lift and hardly by drag, so that a few rounds suffice.
+    Lift in a drag polar does: its parameters are determined by lift and hardly by drag, so that a few rounds suffice.
+    So do the errors of a sideslip without a vane, which act by the derivatives by sideslip.
     """
     design = problem.design(point)
     solution = regress(design, problem.settings, weights)
     moved = _with_terms(point, design, solution.values)
-    if not any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries)):
+    has_lift = any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries))
+    if not has_lift and not _errors_act_by_terms(problem, design):
         return moved, design, solution
     for _ in range(REPETITIONS):
         before = moved.model.values
@@ -331,29 +333,9 @@ def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None
     return moved, design, solution
 
 
-def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> Estimate:
-    """The likeliest of an estimate and those of the same structure in other problems."""
-    best = found
-    for problem in frames:
-        tried = estimate(problem, found.point, found.solution.weights)
-        if tried.log_likelihood > best.log_likelihood:
-            best = tried
-    return best
-
-
-def compared_with(values: DeclaredValues, found: Estimate) -> Estimate:
-    """An estimate of coefficient equations whose likelihood contains its disagreement with a-priori values."""
-    if values.among(found.design.unknowns) is None:
-        return found
-    return estimate(replace(found.problem, declared=values), found.point, found.solution.weights)
-
-
-def weights_restricted_to(found: Estimate, problem: RegressionProblem, point: Point) -> Weights:
-    """An estimate's colours and sizes for the equations of a problem that contains fewer of them."""
-    index = {segment: s for s, segment in enumerate(found.design.segments)}
-    own = [index[each.recording, each.equation] for each in problem.segments(point)]
-    weights = found.solution.weights
-    return replace(weights, colours=tuple(weights.colours[s] for s in own), sizes=weights.sizes[own])
+def _errors_act_by_terms(problem: RegressionProblem, design: Design) -> bool:
+    """Whether coefficient equations contain errors of a sideslip without a vane, as large as its derivatives."""
+    return problem.kinds == COEFFICIENT and any(unknown[0] == "random_walk" for unknown in design.unknowns)
 
 
 def _small(full: Solution, linear: int, step: Array) -> bool:
@@ -369,8 +351,14 @@ def _stepped(
     free: Sequence[tuple[int, int]],
     step: Array,
 ) -> tuple[Point | None, Design, Solution]:
-    """The point after the step, shortened until the likelihood with the same colours does not decrease."""
+    """The point after the step, shortened until the likelihood with the same colours does not decrease.
+
+    Where the terms determine how errors act, that is compared between points with the same terms: a step of the
+    Citation's lateral accelerometer by its whole error was refused for what the sideslip's errors changed, 26 in ln L.
+    """
     start = solve(design, full.weights)
+    if _errors_act_by_terms(problem, design):
+        start = solve(problem.design(_with_terms(point, design, full.values[: len(design.unknowns)])), full.weights)
     share = 1.0
     for _ in range(HALVINGS):
         effects = list(point.effects)

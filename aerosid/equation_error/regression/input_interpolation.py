@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.regression.estimate import Estimate, likeliest_estimate
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.related_problems import likeliest_estimate
 
 
 def likelier_input_interpolation(found: Estimate) -> Estimate:

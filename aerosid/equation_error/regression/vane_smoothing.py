@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aerosid.equation_error.regression.estimate import Estimate, likeliest_estimate
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.related_problems import likeliest_estimate
 
 
 def likelier_vane_smoothing(found: Estimate) -> Estimate:

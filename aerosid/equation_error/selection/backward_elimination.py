@@ -9,8 +9,9 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
 from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.regression.design import uses_no_instruments
-from aerosid.equation_error.regression.estimate import Estimate, estimate, weights_restricted_to
+from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.moderated_test import moderated_p_value
+from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.selection.block_cross_validation import block_residuals, blocks_of
 from aerosid.equation_error.selection.candidates import distinct_name
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch

@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 
 from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate, weights_restricted_to
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.cross_validation import (
     fits_of,

@@ -23,8 +23,8 @@ from aerosid.equation_error.regression.estimate import (
     RegressionProblem,
     estimate,
     maximise_likelihood,
-    weights_restricted_to,
 )
+from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (

@@ -111,6 +111,10 @@ def forward_selection(
             return
         best = _best(selected, criterion, hypotheses, inadmissible, admitted, log, coefficients, recording)
         if best is None:
+            # Without the last one that entered another optimum may be reached, likelier than the structure it entered.
+            reduced = eliminate_by_penalty(selected, criterion, log=log)
+            if reduced is not selected:
+                yield reduced
             return
         found, hypothesis, gain = best
         drop_cached_columns(selected.cache, CURRENT_MODEL)

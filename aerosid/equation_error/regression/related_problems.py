@@ -1,0 +1,36 @@
+"""An estimate carried over to problems with other records, settings or declared values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.declared_values import DeclaredValues
+from aerosid.equation_error.regression.design import Weights
+from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+
+
+def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> Estimate:
+    """The likeliest of an estimate and those of the same structure in other problems."""
+    best = found
+    for problem in frames:
+        tried = estimate(problem, found.point, found.solution.weights)
+        if tried.log_likelihood > best.log_likelihood:
+            best = tried
+    return best
+
+
+def compared_with(values: DeclaredValues, found: Estimate) -> Estimate:
+    """An estimate of coefficient equations whose likelihood contains its disagreement with a-priori values."""
+    if values.among(found.design.unknowns) is None:
+        return found
+    return estimate(replace(found.problem, declared=values), found.point, found.solution.weights)
+
+
+def weights_restricted_to(found: Estimate, problem: RegressionProblem, point: Point) -> Weights:
+    """An estimate's colours and sizes for the equations of a problem that contains fewer of them."""
+    index = {segment: s for s, segment in enumerate(found.design.segments)}
+    own = [index[each.recording, each.equation] for each in problem.segments(point)]
+    weights = found.solution.weights
+    return replace(weights, colours=tuple(weights.colours[s] for s in own), sizes=weights.sizes[own])
