@@ -20,8 +20,9 @@ from aerosid.compatibility.settings import USUAL, CompatibilitySettings
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.alternatives import alternatives_of, gains_by_deletion
+from aerosid.equation_error.selection.alternatives import gains_by_deletion
 from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.competing_alternatives import competing_alternatives
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.wald_tests import effect_estimates
 from aerosid.flight_model.constants import GRAVITY
@@ -49,7 +50,7 @@ def agreement_of(
         _finding(row.hypothesis.kind, row.active, row.value, row.std_error, row.gain, tested) for row in rows
     )
     others: dict[tuple[str, str, str], list[InstrumentFinding]] = {}
-    for other in alternatives_of(
+    for other in competing_alternatives(
         selected, [hypothesis for hypothesis in instrument_errors.hypotheses if is_instrument_error(hypothesis)]
     ):
         alternative = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, tested)

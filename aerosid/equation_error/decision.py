@@ -21,10 +21,11 @@ from aerosid.equation_error.regression.estimate import (
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
 from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.alternatives import Alternative, alternatives_of, gains_by_deletion
+from aerosid.equation_error.selection.alternatives import Alternative, gains_by_deletion
 from aerosid.equation_error.selection.backward_elimination import Labels, eliminate_insignificant, improves_prediction
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
+from aerosid.equation_error.selection.competing_alternatives import competing_alternatives
 from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_of
 from aerosid.equation_error.selection.damping_collinearity import (
     DampingCollinearity,
@@ -151,8 +152,8 @@ def decide(
     fitted_estimate, chosen = on_fitted.estimate, (*identified.chosen, *structure.chosen)
     jointly = [each.hypothesis for each in structure.chosen if distinct_name(each.hypothesis) in evidence]
     of_errors, of_structure = (
-        alternatives_of(identified, sensors),
-        alternatives_of(structure, search.hypotheses_except(refuted)),
+        competing_alternatives(identified, sensors),
+        competing_alternatives(structure, search.hypotheses_except(refuted)),
     )
     gains = {**gains_by_deletion(identified), **gains_by_deletion(structure)}
     for hypothesis in jointly:
