@@ -147,6 +147,9 @@ class EquationErrorSettings:
     alike_instruments : float
         The same of instrument errors, at two and a half deviations, 12.5: delayed vanes and lever arms differ by less
         than the path error of a real sensor.
+    gained_beside : float
+        Fraction, 1, of an alternative's gain in the place of an effect from which on it is none if it gains that beside
+        the effect too: more than half is something else.
     clearly : float
         Gain in penalised ln L from which another hypothesis replaces a selected one. Chosen.
     nearly : float
@@ -297,6 +300,7 @@ class EquationErrorSettings:
     overwhelming: float = 10.0
     alike: float = 8.0
     alike_instruments: float = 12.5
+    gained_beside: float = 0.5
     usual_excess: float = 1.4
     usual_freedom: float = 20.0
     fewest_early: int = 2

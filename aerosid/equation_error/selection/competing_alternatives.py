@@ -10,10 +10,6 @@ from aerosid.equation_error.selection.candidate_scores import score_candidates
 from aerosid.equation_error.selection.candidates import CURRENT_MODEL, cached_candidates, full_identity
 from aerosid.equation_error.selection.structure import SelectedStructure
 
-MOSTLY = 0.5
-"""Of an alternative's gain in the place of a selected effect, 1, that it may have beside it as well: more than half is
-something else. Chosen."""
-
 
 def competing_alternatives(selected: SelectedStructure, hypotheses: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
     """The alternatives of every selected hypothesis that gain little beside it, the likeliest first.
@@ -28,4 +24,5 @@ def competing_alternatives(selected: SelectedStructure, hypotheses: Sequence[Hyp
     for candidate, gain in zip(candidates, score_candidates(selected.estimate, candidates).gains, strict=True):
         key = full_identity(candidate.hypothesis)
         beside[key] = max(beside.get(key, 0.0), float(gain))
-    return tuple(row for row in rows if beside.get(full_identity(row.hypothesis), 0.0) < MOSTLY * row.gain)
+    most = selected.estimate.problem.settings.gained_beside
+    return tuple(row for row in rows if beside.get(full_identity(row.hypothesis), 0.0) < most * row.gain)
