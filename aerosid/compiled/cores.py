@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, Protocol, TypeVar
 
-from aerosid.compiled.sent_results import packed, unpacked
+from aerosid.compiled.sent_results import NOT_SENT, packed, unpacked
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -53,8 +53,9 @@ class Replicas(Protocol):
         items: Sequence[Any],
         until: Callable[[Any], bool],
         common: Sequence[object],
+        names: Sequence[object],
     ) -> dict[int, Any]:
-        """The results of some items, found by all together."""
+        """The results of some items, found by all together; none where the others have items of other names."""
 
 
 _replicas: ContextVar[Replicas | None] = ContextVar("processes in the same place of the same task", default=None)
@@ -149,6 +150,7 @@ def mapped(
     *,
     common: Sequence[object] = (),
     until: Callable[[_Result], bool] = lambda _result: False,
+    names: Sequence[object] = (),
 ) -> list[_Result]:
     """The task's result of each item, in their order, up to the first that ends it.
 
@@ -165,6 +167,9 @@ def mapped(
         What results hold and this process has: it is not sent.
     until : callable
         Whether a result ends it. What was begun behind that one is lost.
+    names : sequence
+        What tells the items from others where they depend on what is cached: replicas that have cached something else
+        do not work together.
     """
     cores = allowed()
     count = min(cores, len(items))
@@ -172,7 +177,7 @@ def mapped(
         return _up_to(until, map(task, items))
     replicas = _replicas.get()
     if replicas is not None and not replicas.is_alone:
-        done = replicas.done(task, items, until, common)
+        done = replicas.done(task, items, until, common, names)
         return _up_to(until, (done[n] if n in done else task(item) for n, item in enumerate(items)))
     if worth > 0.0:
         began = time.perf_counter()
@@ -341,7 +346,8 @@ def _received(copy: int, results: Connection, common: Sequence[object] = ()) -> 
     with results:
         try:
             done: dict[int, Any] = unpacked(results.recv_bytes(), common)
-        except (EOFError, OSError):
+        except (EOFError, OSError, *NOT_SENT):
             done = {}
-    os.waitpid(copy, 0)
+    with contextlib.suppress(ChildProcessError):  # where this process was told to forget those that end
+        os.waitpid(copy, 0)
     return done

@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, TypeVar
 
-from aerosid.compiled.cores import NUMBER, Shared, allowed, apart, are_replicated, replicated_by
+from aerosid.compiled.cores import NUMBER, Shared, allowed, apart, are_replicated, on_cores, replicated_by
 from aerosid.compiled.sent_results import NOT_SENT, packed, unpacked
 
 _Result = TypeVar("_Result")
@@ -51,10 +51,12 @@ def replicated(task: Callable[[], _Result]) -> _Result:
         return task()
     group = _Group(count)
     try:
-        for _ in range(count - 1):
-            group.add_replica(task)
-        with replicated_by(group):
-            return task()
+        with on_cores(allowed()):
+            for _ in range(count - 1):
+                if not group.add_replica(task):
+                    break
+            with replicated_by(group):
+                return task()
     finally:
         group.end()
 
@@ -69,14 +71,20 @@ class _Group:
         self._others: list[tuple[int, Connection]] = []
         self._size = size
 
-    def add_replica(self, task: Callable[[], object]) -> None:
-        """Makes a replica, which runs the task and ends."""
+    def add_replica(self, task: Callable[[], object]) -> bool:
+        """Makes a replica, which runs the task and ends; false, and none is left, where there is no room for it."""
         here, there = Pipe()
         with warnings.catch_warnings():
             # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar
             # draws.
             warnings.simplefilter("ignore", DeprecationWarning)
-            copy = os.fork()
+            try:
+                copy = os.fork()
+            except OSError:
+                there.close()
+                here.close()
+                self.end()
+                return False
         if copy == 0:
             try:
                 # So that it learns of the first process's end: no replica may hold the first one's end of a pipe.
@@ -93,6 +101,7 @@ class _Group:
                 os._exit(0)
         there.close()
         self._others.append((copy, here))
+        return True
 
     @property
     def is_alone(self) -> bool:
@@ -112,15 +121,19 @@ class _Group:
         items: Sequence[Any],
         until: Callable[[Any], bool],
         common: Sequence[object],
+        names: Sequence[object],
     ) -> dict[int, Any]:
         """The results that the processes have found: in front of an item that ends it, all but what failed."""
         self._calls += 1
+        code = getattr(task, "__code__", None)
+        place = None if code is None else (code.co_filename, code.co_firstlineno)
+        work = self._calls, place, len(items), tuple(names)
         if self._is_first:
             numbers = (*range(len(items)), *(_NO_MORE for _ in range(self._size)))
             os.write(self._dealer, b"".join(n.to_bytes(_TICKET, "big") for n in numbers))
-        with apart(self._size):
+        with apart(min(self._size, len(items))):
             own = self._worked(task, items, until)
-        return self._as_first(own, len(items), common) if self._is_first else self._as_replica(own, len(items), common)
+        return self._as_first(own, work, common) if self._is_first else self._as_replica(own, work, common)
 
     def _worked(self, task: Callable[[Any], Any], items: Sequence[Any], until: Callable[[Any], bool]) -> dict[int, Any]:
         """The results of the items whose numbers this process draws, up to one that ends it for all or fails."""
@@ -142,16 +155,17 @@ class _Group:
             raise EOFError("the first process has ended")
         return int.from_bytes(ticket, "big")
 
-    def _as_first(self, own: dict[int, Any], count: int, common: Sequence[object]) -> dict[int, Any]:
+    def _as_first(self, own: dict[int, Any], work: object, common: Sequence[object]) -> dict[int, Any]:
         """The results of all; each replica is sent those of the others."""
         done = dict(own)
         found: list[dict[int, Any]] = []
         try:
             for _, connection in self._others:
-                calls, size, results = unpacked(connection.recv_bytes(), common)
-                if (calls, size) != (self._calls, count):
-                    raise EOFError("a replica is elsewhere in the task")
+                its_work, results = unpacked(connection.recv_bytes(), common)
+                if its_work != work:
+                    raise EOFError("a replica is elsewhere in the task, or has cached something else")
                 found.append(results)
+            for results in found:
                 done |= results
             for (_, connection), known in zip(self._others, found, strict=True):
                 connection.send_bytes(packed({n: done[n] for n in done.keys() - known.keys()}, common))
@@ -159,10 +173,10 @@ class _Group:
             self.end()
         return done
 
-    def _as_replica(self, own: dict[int, Any], count: int, common: Sequence[object]) -> dict[int, Any]:
+    def _as_replica(self, own: dict[int, Any], work: object, common: Sequence[object]) -> dict[int, Any]:
         """The results of all, by way of the first process; where that has ended, so does this one."""
         ((_, connection),) = self._others
-        connection.send_bytes(packed((self._calls, count, own), common))
+        connection.send_bytes(packed((work, own), common))
         others: dict[int, Any] = unpacked(connection.recv_bytes(), common)
         return own | others
 
@@ -171,7 +185,8 @@ class _Group:
         for copy, connection in self._others:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(copy, signal.SIGKILL)
-            os.waitpid(copy, 0)
+            with contextlib.suppress(ChildProcessError):  # where this process was told to forget those that end
+                os.waitpid(copy, 0)
             connection.close()
         self._others = []
         if self._tickets >= 0:

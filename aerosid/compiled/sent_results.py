@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from types import CellType, FunctionType
 from typing import Any
 
-NOT_SENT = (pickle.PicklingError, TypeError, AttributeError, ValueError)
-"""What is raised where something cannot be sent."""
+NOT_SENT = (pickle.PicklingError, TypeError, AttributeError, ValueError, KeyError, ImportError, RuntimeError)
+"""What is raised where something cannot be sent, or not be made again where it arrives; a recursion among them."""
 
 
 def packed(result: object, common: Sequence[object] = ()) -> bytes:

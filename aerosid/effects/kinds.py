@@ -223,7 +223,9 @@ class ActiveEffect:
     @property
     def identity(self) -> tuple[object, ...]:
         """What tells the effect with its values from others, also after it was sent between processes."""
-        return *self.name, self.log, self.values
+        effect = self.effect
+        order, axes = getattr(effect, "comes_first", False), getattr(effect, "axes", "")
+        return *self.name, self.log, axes, order, self.values, self.held
 
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:

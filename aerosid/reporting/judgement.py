@@ -105,11 +105,12 @@ def _replaceable(alternatives: Sequence[Effect]) -> Iterator[str]:
         for place, effects in groups.items()
     }
     equal = {place: names for place, names in equal.items() if names}
-    count = sum(map(len, equal.values()))
+    count = len({name for names in equal.values() for name in names})
     if count > REMARKS.most_named:
+        one_of = "one of " if len(equal) > 1 else ""
         yield (
-            f"These manoeuvres cannot distinguish {listed(list(equal))} from {count} other effects, which "
-            "“Indistinguishable alternatives” lists."
+            f"Each of {count} other effects could stand in the place of {one_of}{listed(list(equal))}: these "
+            "manoeuvres cannot distinguish them. “Indistinguishable alternatives” lists them."
         )
     else:
         for place, names in equal.items():

@@ -24,35 +24,36 @@ def remarks(result: ClosedLoop) -> tuple[str, ...]:
         The result of close-loop, whose notes name one log or one derivative each.
     """
     single = {note: row for row in result.derivatives for note in notes_on_insignificant_derivatives([row])}
-    names = [log.name for log in (*result.identification, *result.validation, *result.hold_out)]
-    grouped: dict[str, list[str]] = {}
+    # The longest first: a log may be called as another, a colon and more.
+    names = sorted((log.name for log in (*result.identification, *result.validation, *result.hold_out)), key=len)[::-1]
+    grouped: dict[tuple[bool, str], dict[str, None]] = {}
     hidden: list[DerivativeRow] = []
     for note in result.notes:
         if note in single:
             hidden.append(single[note])
             continue
         log = next((name for name in names if note.startswith(f"{name}: ")), "")
-        grouped.setdefault(note.removeprefix(f"{log}: ") if log else note, []).append(log)
-    joined = [f"{listed(logs)}: {text}" if any(logs) else text for text, logs in grouped.items()]
+        grouped.setdefault((bool(log), note.removeprefix(f"{log}: ") if log else note), {})[log] = None
+    joined = [f"{listed(list(logs))}: {text}" if of_logs else text for (of_logs, text), logs in grouped.items()]
     return (*joined, *_on_insignificant(hidden))
 
 
 def _on_insignificant(rows: Sequence[DerivativeRow]) -> Iterator[str]:
-    """A sentence on the derivatives whose declared values the completed aircraft keeps, and one on the others."""
-    if len(rows) == 1:
-        yield from notes_on_insignificant_derivatives(rows)
-        return
+    """Sentences on the derivatives whose declared values the aircraft keeps, on those it contradicts, on the others."""
     kept = [row for row in rows if row.estimate is not None]
-    if kept:
-        yield f"{_estimates(kept)}; the completed aircraft keeps the declared {_values([row.value for row in kept])}."
     used = [row for row in rows if row.estimate is None]
-    against = [row.declared for row in used if row.declared is not None and row.declared != row.value]
-    if used:
-        why = (
-            f"; the completed aircraft uses what is estimated, because the records and the identified effects "
-            f"{CONTRADICTED} {_values(against)}"
-        )
-        yield f"{_estimates(used)}{why if against else ''}."
+    against = [row for row in used if row.declared is not None and row.declared != row.value]
+    others = [row for row in used if row not in against]
+    keeps = f"; the completed aircraft keeps the declared {_values([row.value for row in kept])}"
+    uses = (
+        "; the completed aircraft uses what is estimated, because the records and the identified effects "
+        f"{CONTRADICTED} {_values([row.declared or 0.0 for row in against])}"
+    )
+    for group, end in ((kept, keeps), (against, uses), (others, "")):
+        if len(group) == 1:
+            yield from notes_on_insignificant_derivatives(group)
+        elif group:
+            yield f"{_estimates(group)}{end}."
 
 
 def _estimates(rows: Sequence[DerivativeRow]) -> str:

@@ -130,6 +130,36 @@ def test_a_replica_that_goes_another_way_is_given_up() -> None:
         assert replicated(task) == [*range(5), *range(7)]
 
 
+def test_replicas_that_have_cached_something_else_do_not_mix_their_results() -> None:
+    """An item may fill a cache of the process that does it: what is missing there differs, and may be as much."""
+    known: dict[int, int] = {}
+
+    def looked_up(n: int) -> int:
+        missing = [k for k in (n,) if k not in known]
+        known.update(zip(missing, mapped(lambda k: k * k, missing, names=missing), strict=True))
+        return known[n]
+
+    def task() -> list[int]:
+        mapped(looked_up, range(4))
+        missing = [k for k in range(4) if k not in known]
+        known.update(zip(missing, mapped(lambda k: k * k, missing, names=missing), strict=True))
+        return [known[k] for k in range(4)]
+
+    for cores in (1, 2, 4):
+        known.clear()
+        with on_cores(cores):
+            assert replicated(task) == [0, 1, 4, 9]
+
+
+def test_where_no_process_can_be_made_this_one_does_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> int:
+        raise BlockingIOError
+
+    monkeypatch.setattr(os, "fork", refused)
+    with on_cores(3):
+        assert replicated(lambda: [n + 1 for n in range(3)]) == [1, 2, 3]
+
+
 def test_what_cannot_be_sent_is_found_here() -> None:
     with on_cores(2):
         found = replicated(lambda: mapped(lambda n: (n for _ in range(n)), range(3)))

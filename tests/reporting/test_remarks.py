@@ -28,6 +28,26 @@ def test_what_holds_for_two_flights_is_said_once(result: ClosedLoop) -> None:
     assert told == (f"{first}: cut.", f"{first} and {second}: Density is 1.", "Alone.")
 
 
+def test_equal_notes_and_logs_called_alike_are_told_apart(result: ClosedLoop) -> None:
+    one = result.identification[0]
+    logs = tuple(dataclasses.replace(one, name=name) for name in ("a", "a: b"))
+    notes = ("a: cut.", "a: cut.", "cut.", "a: b: cut.", "a: b: slow.")
+    made = dataclasses.replace(result, identification=logs, validation=(), notes=notes)
+    assert remarks(made) == ("a and a: b: cut.", "cut.", "a: b: slow.")
+
+
+def test_a_value_that_is_contradicted_is_said_of_that_derivative_alone(result: ClosedLoop) -> None:
+    row = dataclasses.replace(result.derivatives[0], shown=False, estimate=None, std_error=0.5)
+    bare = [dataclasses.replace(row, term=term, value=0.25, declared=0.25) for term in ("q_hat", "delta_e")]
+    against = dataclasses.replace(row, term="alpha", value=0.25, declared=0.5)
+    rows = (*bare, against)
+    made = dataclasses.replace(result, derivatives=rows, notes=tuple(notes_on_insignificant_derivatives(rows)))
+    first, second = remarks(made)
+    assert "contradict" in first
+    assert "alpha" in first
+    assert "contradict" not in second
+
+
 def test_derivatives_that_are_not_significant_share_a_sentence(result: ClosedLoop) -> None:
     row = result.derivatives[0]
     kept = dataclasses.replace(row, shown=False, term="q_hat", estimate=-15.5, std_error=21.0, value=-11.25)
@@ -46,12 +66,12 @@ def test_derivatives_that_are_not_significant_share_a_sentence(result: ClosedLoo
 
 def test_many_alternatives_are_counted_and_few_are_named(result: ClosedLoop) -> None:
     (other,) = result.alternatives
-    few = open_points(dataclasses.replace(result, alternatives=(other,) * 4))
-    many = open_points(dataclasses.replace(result, alternatives=(other,) * 5))
-    assert any(other.term in text and "cannot distinguish" in text for text in few)
+    powers = [dataclasses.replace(other, term=f"alpha^{n}") for n in range(2, 7)]
+    few = open_points(dataclasses.replace(result, alternatives=(*powers[:4], *powers[:2])))
+    many = open_points(dataclasses.replace(result, alternatives=(*powers, *powers[:2])))
+    assert any("alpha^2" in text and "cannot distinguish" in text for text in few)
     (counted,) = (text for text in many if "cannot distinguish" in text)
-    assert other.instead_of in counted
-    assert "5 other effects, which “Indistinguishable alternatives” lists" in counted
+    assert f"Each of 5 other effects could stand in the place of {other.instead_of}: " in counted
     assert [s.title for s, _ in compose(result).parts if s.name == "alternatives"] == ["Indistinguishable alternatives"]
 
 

@@ -129,7 +129,11 @@ def _for_each(
     def with_new(each: SelectedEffect) -> tuple[_Result, dict[object, list[Any]]]:
         before = dict(selected.cache)
         result = evaluate(each)
-        return result, {key: new for key, new in selected.cache.items() if new is not before.get(key)}
+        new = {key: entry for key, entry in selected.cache.items() if entry is not before.get(key)}
+        # Replicas that did other parts keep the same: what is behind a result that ends it is lost.
+        selected.cache.clear()
+        selected.cache.update(before)
+        return result, new
 
     with on_cores(1 if all(map(is_cached, selected.chosen)) else allowed()):
         results = mapped(
@@ -242,7 +246,7 @@ def _estimated_replacements(
         return replacement.fit_candidate(candidates[n], largest_deficit)
 
     missing = [n for n in order if trial_key(n) not in selected.cache]
-    for n, fit in zip(missing, mapped(fit_candidate, missing, common=[problem]), strict=True):
+    for n, fit in zip(missing, mapped(fit_candidate, missing, common=[problem], names=missing), strict=True):
         if not isinstance(fit, _NotEstimated):
             selected.cache[trial_key(n)] = [fit]
     rows = []

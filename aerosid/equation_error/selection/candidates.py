@@ -205,9 +205,10 @@ def effect_candidates(problem: RegressionProblem, base: Estimate, hypotheses: Se
             columns_by_trial.append(np.column_stack(columns))
         return columns_by_trial
 
+    names = [(full_identity(hypothesis), hypothesis.time) for hypothesis in tested]
     return [
         Candidate(hypothesis, columns, trial)
-        for hypothesis, columns_by_trial in zip(tested, mapped(columns_of, tested), strict=True)
+        for hypothesis, columns_by_trial in zip(tested, mapped(columns_of, tested, names=names), strict=True)
         for trial, columns in enumerate(columns_by_trial)
         if np.isfinite(columns).all()
     ]

@@ -356,5 +356,5 @@ def _one_by_one(
     for found in search.forward_selection(initial, search.hypotheses, most, history=history):
         path.append((len(found.chosen), search.penalised_likelihood(found)))
         if len(found.chosen) >= enough.value:
-            return found, path, history.before(found)
+            return found, path, None if history.recurred else history.before(found)
     return found, path, None

@@ -14,7 +14,8 @@ from aerosid.equation_error.selection.structure import SelectedStructure
 def competing_alternatives(selected: SelectedStructure, hypotheses: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
     """The alternatives of every selected hypothesis that gain little beside it, the likeliest first.
 
-    What gains as much beside a weak effect as in its place is another weak effect: the records tell the two apart.
+    What gains as much beside a weak effect as in its place is another weak effect: the records tell the two apart. Step
+    changes, which replace others at their instants, are not compared.
     """
     rows = alternatives_of(selected, hypotheses)
     named = {full_identity(row.hypothesis) for row in rows}
@@ -25,4 +26,4 @@ def competing_alternatives(selected: SelectedStructure, hypotheses: Sequence[Hyp
         key = full_identity(candidate.hypothesis)
         beside[key] = max(beside.get(key, 0.0), float(gain))
     most = selected.estimate.problem.settings.gained_beside
-    return tuple(row for row in rows if beside.get(full_identity(row.hypothesis), 0.0) < most * row.gain)
+    return tuple(row for row in rows if beside.get(full_identity(row.hypothesis), 0.0) <= most * max(row.gain, 0.0))

@@ -57,15 +57,16 @@ Admitted = Callable[[Estimate, Hypothesis], bool]
 """Whether an estimate, its last hypothesis among the effects, is admissible by criteria other than its likelihood."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class SelectionHistory:
     """What a forward selection knows of its past, with which it can be continued.
 
-    `inadmissible`: labels of hypotheses that were not admitted; `visited`: structures by their key.
+    `inadmissible`: labels that were not admitted; `visited`: structures by key; `recurred`: whether it ended in one.
     """
 
     inadmissible: set[tuple[str, str, str]] = field(default_factory=set)
     visited: dict[frozenset[tuple[object, ...]], SelectedStructure] = field(default_factory=dict)
+    recurred: bool = False
 
     def before(self, last: SelectedStructure) -> SelectionHistory:
         """The history when a structure was reached, without what its structures store."""
@@ -101,9 +102,9 @@ def forward_selection(
     while True:
         names = structure_key(selected)
         if names in visited:
-            yield max(
-                [*visited.values()][[*visited].index(names) :], key=lambda each: penalised_likelihood(each, criterion)
-            )
+            history.recurred = True
+            cycle = [*[*visited.values()][[*visited].index(names) :], selected]
+            yield max(cycle, key=lambda each: penalised_likelihood(each, criterion))
             return
         visited[names] = selected
         yield selected
@@ -111,11 +112,11 @@ def forward_selection(
             return
         best = _best(selected, criterion, hypotheses, inadmissible, admitted, log, coefficients, recording)
         if best is None:
-            # Without the last one that entered another optimum may be reached, likelier than the structure it entered.
-            reduced = eliminate_by_penalty(selected, criterion, log=log)
-            if reduced is not selected:
-                yield reduced
-            return
+            # What entered last too: without it another optimum may be reached, likelier than the structure it entered.
+            last, selected = selected, eliminate_by_penalty(selected, criterion, log=log)
+            if selected is last:
+                return
+            continue
         found, hypothesis, gain = best
         drop_cached_columns(selected.cache, CURRENT_MODEL)
         chosen = (*selected.chosen, SelectedEffect(hypothesis, kinematic, gain))

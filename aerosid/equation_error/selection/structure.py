@@ -91,7 +91,8 @@ def deletions(
         return peak is not None and (not with_columns or peak.has_columns)
 
     missing = [each for each in effects if not is_cached(each)]
-    for each, peak in zip(missing, mapped(reestimated, missing, common=[problem]), strict=True):
+    names = [each.hypothesis.label for each in missing]
+    for each, peak in zip(missing, mapped(reestimated, missing, common=[problem], names=names), strict=True):
         selected.cache["without", each.hypothesis.label] = [peak]
     return [selected.cache["without", each.hypothesis.label][0] for each in effects]
 

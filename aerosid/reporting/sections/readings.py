@@ -43,6 +43,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
                 "label": label_of(role, result),
                 "channels": channels,
                 "alike": alike,
+                "changes": "; ".join(note.rstrip(".") for note in log.notes),
                 "missing": any(channel["missing"] for channel in channels),
             }
         )
