@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from multiprocessing.connection import Connection, Pipe
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from aerosid.compiled.sent_results import NOT_SENT, packed, unpacked
 
@@ -23,7 +23,7 @@ _allowed: ContextVar[int] = ContextVar("cores that may be used", default=1)
 
 _lent: ContextVar[tuple[Connection, ...]] = ContextVar("where results come from whose copies have a core", default=())
 
-_TICKET = 2
+TICKET = 2
 """Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
 
 NUMBER = 8
@@ -37,6 +37,16 @@ Shared = tuple[mmap.mmap, int]
 """Memory that several processes see, and where a number stands in it."""
 
 
+class Work(NamedTuple):
+    """Items to be dealt out, with their task and what `mapped` is told of them."""
+
+    task: Callable[[Any], Any]
+    items: Sequence[Any]
+    until: Callable[[Any], bool]
+    common: Sequence[object]
+    names: Sequence[object]
+
+
 class Replicas(Protocol):
     """Other processes that are in the same place of the same task (`compiled.replicas`)."""
 
@@ -47,14 +57,7 @@ class Replicas(Protocol):
     def number(self) -> Shared | None:
         """The place of a number that all of them see; None where there is no more room."""
 
-    def done(
-        self,
-        task: Callable[[Any], Any],
-        items: Sequence[Any],
-        until: Callable[[Any], bool],
-        common: Sequence[object],
-        names: Sequence[object],
-    ) -> dict[int, Any]:
+    def done(self, work: Work) -> dict[int, Any]:
         """The results of some items, found by all together; none where the others have items of other names."""
 
 
@@ -177,8 +180,8 @@ def mapped(
         return _up_to(until, map(task, items))
     replicas = _replicas.get()
     if replicas is not None and not replicas.is_alone:
-        done = replicas.done(task, items, until, common, names)
-        return _up_to(until, (done[n] if n in done else task(item) for n, item in enumerate(items)))
+        done = replicas.done(Work(task, items, until, common, names))
+        return _completed(done, task, items, until)
     if worth > 0.0:
         began = time.perf_counter()
         first = task(items[0])
@@ -188,7 +191,7 @@ def mapped(
         with on_cores(cores if enough else 1):
             return [first, *mapped(task, items[1:], common=common, until=until)]
     tickets, dealer = os.pipe()
-    os.write(dealer, b"".join(n.to_bytes(_TICKET, "big") for n in range(len(items))))
+    os.write(dealer, tickets_of(range(len(items))))
     os.close(dealer)
     each = cores // count
     copies = [_copied(lambda: _worked(task, items, tickets, until), common, each) for _ in range(count - 1)]
@@ -201,8 +204,7 @@ def mapped(
         received = [_received(*copy, common) for copy in copies]
     for part in received:
         done |= part
-    # What a copy could not do is done here, so that its error is this process's own.
-    return _up_to(until, (done[n] if n in done else task(item) for n, item in enumerate(items)))
+    return _completed(done, task, items, until)
 
 
 def both(
@@ -299,12 +301,27 @@ def _up_to(until: Callable[[_Result], bool], results: Iterable[_Result]) -> list
     return kept
 
 
+def _completed(
+    done: dict[int, _Result],
+    task: Callable[[_Item], _Result],
+    items: Sequence[_Item],
+    until: Callable[[_Result], bool],
+) -> list[_Result]:
+    """All results; what another process could not do is done here, so that its error is this process's own."""
+    return _up_to(until, (done[n] if n in done else task(item) for n, item in enumerate(items)))
+
+
+def tickets_of(numbers: Iterable[int]) -> bytes:
+    """The numbers of items as they go through a pipe."""
+    return b"".join(n.to_bytes(TICKET, "big") for n in numbers)
+
+
 def _worked(
     task: Callable[[_Item], _Result], items: Sequence[_Item], tickets: int, until: Callable[[_Result], bool]
 ) -> dict[int, _Result]:
     """The results of the items whose numbers this process draws, until one of its own ends it for all."""
     done = {}
-    while ticket := os.read(tickets, _TICKET):
+    while ticket := os.read(tickets, TICKET):
         n = int.from_bytes(ticket, "big")
         done[n] = task(items[n])
         if until(done[n]):
@@ -314,7 +331,7 @@ def _worked(
 
 def _draw_all(tickets: int) -> None:
     """Leaves no item to be drawn."""
-    while os.read(tickets, _TICKET):
+    while os.read(tickets, TICKET):
         pass
 
 
@@ -323,10 +340,7 @@ def _copied(
 ) -> tuple[int, Connection]:
     """A copy of this process that does some work and ends: its number, and where the results come from."""
     here, there = Pipe(duplex=False)
-    with warnings.catch_warnings():
-        # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar draws.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        copy = os.fork()
+    copy = forked()
     if copy == 0:
         try:
             here.close()  # so that what nobody reads any more fails to be written, and does not wait for ever
@@ -348,6 +362,19 @@ def _received(copy: int, results: Connection, common: Sequence[object] = ()) -> 
             done: dict[int, Any] = unpacked(results.recv_bytes(), common)
         except (EOFError, OSError, *NOT_SENT):
             done = {}
+    await_end(copy)
+    return done
+
+
+def forked() -> int:
+    """The number of a copy of this process; zero in that one."""
+    with warnings.catch_warnings():
+        # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar draws.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def await_end(copy: int) -> None:
+    """Waits until a copy of this process has ended."""
     with contextlib.suppress(ChildProcessError):  # where this process was told to forget those that end
         os.waitpid(copy, 0)
-    return done

@@ -13,20 +13,29 @@ import mmap
 import os
 import signal
 import sys
-import warnings
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, TypeVar
 
-from aerosid.compiled.cores import NUMBER, Shared, allowed, apart, are_replicated, on_cores, replicated_by
+from aerosid.compiled.cores import (
+    NUMBER,
+    TICKET,
+    Shared,
+    Work,
+    allowed,
+    apart,
+    are_replicated,
+    await_end,
+    forked,
+    on_cores,
+    replicated_by,
+    tickets_of,
+)
 from aerosid.compiled.sent_results import NOT_SENT, packed, unpacked
 
 _Result = TypeVar("_Result")
 
-_TICKET = 2
-"""Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
-
-_NO_MORE = (1 << 8 * _TICKET) - 1
+_NO_MORE = (1 << 8 * TICKET) - 1
 """Layout: ticket after the last item; there is one for each process."""
 
 _NUMBERS = 512
@@ -74,17 +83,13 @@ class _Group:
     def add_replica(self, task: Callable[[], object]) -> bool:
         """Makes a replica, which runs the task and ends; false, and none is left, where there is no room for it."""
         here, there = Pipe()
-        with warnings.catch_warnings():
-            # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar
-            # draws.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            try:
-                copy = os.fork()
-            except OSError:
-                there.close()
-                here.close()
-                self.end()
-                return False
+        try:
+            copy = forked()
+        except OSError:
+            there.close()
+            here.close()
+            self.end()
+            return False
         if copy == 0:
             try:
                 # So that it learns of the first process's end: no replica may hold the first one's end of a pipe.
@@ -115,34 +120,27 @@ class _Group:
         self._numbers += 1
         return self._room, (self._numbers - 1) * NUMBER
 
-    def done(
-        self,
-        task: Callable[[Any], Any],
-        items: Sequence[Any],
-        until: Callable[[Any], bool],
-        common: Sequence[object],
-        names: Sequence[object],
-    ) -> dict[int, Any]:
+    def done(self, work: Work) -> dict[int, Any]:
         """The results that the processes have found: in front of an item that ends it, all but what failed."""
         self._calls += 1
-        code = getattr(task, "__code__", None)
+        code, count = getattr(work.task, "__code__", None), len(work.items)
         place = None if code is None else (code.co_filename, code.co_firstlineno)
-        work = self._calls, place, len(items), tuple(names)
+        here = self._calls, place, count, tuple(work.names)
         if self._is_first:
-            numbers = (*range(len(items)), *(_NO_MORE for _ in range(self._size)))
-            os.write(self._dealer, b"".join(n.to_bytes(_TICKET, "big") for n in numbers))
-        with apart(min(self._size, len(items))):
-            own = self._worked(task, items, until)
-        return self._as_first(own, work, common) if self._is_first else self._as_replica(own, work, common)
+            os.write(self._dealer, tickets_of((*range(count), *(_NO_MORE for _ in range(self._size)))))
+        with apart(min(self._size, count)):
+            own = self._worked(work)
+        exchanged = self._as_first if self._is_first else self._as_replica
+        return exchanged(own, here, work.common)
 
-    def _worked(self, task: Callable[[Any], Any], items: Sequence[Any], until: Callable[[Any], bool]) -> dict[int, Any]:
+    def _worked(self, work: Work) -> dict[int, Any]:
         """The results of the items whose numbers this process draws, up to one that ends it for all or fails."""
         done: dict[int, Any] = {}
         while (n := self._drawn()) != _NO_MORE:
             # Whatever an item fails by: every process finds it missing, does it again and fails alike.
             with contextlib.suppress(Exception):
-                done[n] = task(items[n])
-            if n not in done or until(done[n]):
+                done[n] = work.task(work.items[n])
+            if n not in done or work.until(done[n]):
                 while self._drawn() != _NO_MORE:
                     pass
                 break
@@ -150,19 +148,19 @@ class _Group:
 
     def _drawn(self) -> int:
         """The number of an item, or `_NO_MORE`; waits until the first process has dealt."""
-        ticket = os.read(self._tickets, _TICKET)
+        ticket = os.read(self._tickets, TICKET)
         if not ticket:
             raise EOFError("the first process has ended")
         return int.from_bytes(ticket, "big")
 
-    def _as_first(self, own: dict[int, Any], work: object, common: Sequence[object]) -> dict[int, Any]:
+    def _as_first(self, own: dict[int, Any], here: object, common: Sequence[object]) -> dict[int, Any]:
         """The results of all; each replica is sent those of the others."""
         done = dict(own)
         found: list[dict[int, Any]] = []
         try:
             for _, connection in self._others:
-                its_work, results = unpacked(connection.recv_bytes(), common)
-                if its_work != work:
+                there, results = unpacked(connection.recv_bytes(), common)
+                if there != here:
                     raise EOFError("a replica is elsewhere in the task, or has cached something else")
                 found.append(results)
             for results in found:
@@ -173,10 +171,10 @@ class _Group:
             self.end()
         return done
 
-    def _as_replica(self, own: dict[int, Any], work: object, common: Sequence[object]) -> dict[int, Any]:
+    def _as_replica(self, own: dict[int, Any], here: object, common: Sequence[object]) -> dict[int, Any]:
         """The results of all, by way of the first process; where that has ended, so does this one."""
         ((_, connection),) = self._others
-        connection.send_bytes(packed((work, own), common))
+        connection.send_bytes(packed((here, own), common))
         others: dict[int, Any] = unpacked(connection.recv_bytes(), common)
         return own | others
 
@@ -185,8 +183,7 @@ class _Group:
         for copy, connection in self._others:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(copy, signal.SIGKILL)
-            with contextlib.suppress(ChildProcessError):  # where this process was told to forget those that end
-                os.waitpid(copy, 0)
+            await_end(copy)
             connection.close()
         self._others = []
         if self._tickets >= 0:

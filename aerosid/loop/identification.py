@@ -192,19 +192,15 @@ def _with_instrument_errors(
     if not settings.kinematics or problem.aircraft.axes not in compatibility.CASES:
         return with_identified_instrument_errors(problem, settings), None
 
-    def identified() -> IdentificationProblem | EstimationError:
-        try:
-            return with_identified_instrument_errors(problem, settings)
-        except EstimationError as error:
-            return error
-
     compared = begun(lambda: contradicting(logs))
-    found, contradictions = identified(), compared()
-    if isinstance(found, EstimationError):
+    try:
+        found = with_identified_instrument_errors(problem, settings)
+    except EstimationError:
+        contradictions = compared()
         if contradictions is None:
-            raise found
-        found = problem
-    return found, contradictions
+            raise
+        return problem, contradictions
+    return found, compared()
 
 
 NO_CROSS_CHECK = (
