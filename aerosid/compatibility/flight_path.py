@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
 from aerosid.flight_model.constants import GRAVITY
+from aerosid.signals.array_elements import copy_row, copy_rows
 
 DRIVING = ("a_x", "a_z", "q")
 """Measured inputs that drive the path: specific force at the centre of gravity, m/s^2, and pitch rate, rad/s."""
@@ -96,7 +97,8 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
     here, along = np.zeros(_GIVEN), np.zeros((_DRIVING, directions.shape[2]))
     rates, by_state, by_driving = np.zeros(_STATES), np.zeros((_STATES, _STATES)), np.zeros((_STATES, _DRIVING))
     slope = np.zeros((_STATES, width))
-    states[0], columns[0] = x, column
+    copy_row(states[0], x)
+    copy_rows(columns[0], column)
     for k in range(samples - 1):
         interval = time[k + 1] - time[k]
         pieces = max(1, int(np.ceil(interval / LONGEST_STEP - 1e-9)))
@@ -107,8 +109,11 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
             for stage in range(4):
                 within = 0.0 if stage == 0 else (0.5 if stage < 3 else 1.0)
                 fraction = (piece + within) / pieces
-                here[:] = (1.0 - fraction) * given[k] + fraction * given[k + 1]
-                along[:, :] = (1.0 - fraction) * directions[k] + fraction * directions[k + 1]
+                for j in range(_GIVEN):
+                    here[j] = (1.0 - fraction) * given[k, j] + fraction * given[k + 1, j]
+                for j in range(_DRIVING):
+                    for d in range(directions.shape[2]):
+                        along[j, d] = (1.0 - fraction) * directions[k, j, d] + fraction * directions[k + 1, j, d]
                 _rates(at, here, rates, by_state, by_driving)
                 for a in range(_STATES):
                     for c in range(width):
@@ -121,13 +126,18 @@ def integrate_path(time: Array, given: Array, initial: Array, directions: Array)
                         slope[a, c] = value
                 weight = step / 6.0 if stage in (0, 3) else step / 3.0
                 ahead = 0.5 * step if stage < 2 else step
-                total += weight * rates
-                column_total += weight * slope
-                at[:] = x + ahead * rates
-                column_at[:, :] = column + ahead * slope
-            x += total
-            column += column_total
-        states[k + 1], columns[k + 1] = x, column
+                for a in range(_STATES):
+                    total[a] += weight * rates[a]
+                    at[a] = x[a] + ahead * rates[a]
+                    for c in range(width):
+                        column_total[a, c] += weight * slope[a, c]
+                        column_at[a, c] = column[a, c] + ahead * slope[a, c]
+            for a in range(_STATES):
+                x[a] += total[a]
+                for c in range(width):
+                    column[a, c] += column_total[a, c]
+        copy_row(states[k + 1], x)
+        copy_rows(columns[k + 1], column)
     return Path(states, columns)
 
 

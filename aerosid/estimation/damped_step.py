@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
+from aerosid.signals.array_elements import copy_row, solve_by_elimination
 
 
 class Quadratic(NamedTuple):
@@ -204,15 +205,16 @@ def _solved(
 ) -> NDArray[np.float64]:
     """The step in units of 1 / `scale`, NaN where something is no number."""
     size = places.shape[0]
-    matrix, slope, step = np.empty((size, size)), np.empty(size), np.full(size, np.nan)
+    matrix, slope, step = np.empty((size, size)), np.empty((size, 1)), np.full(size, np.nan)
     finite = True
     for a in range(size):
-        slope[a] = gradient[places[a]] / scale[a]
-        finite = finite and np.isfinite(slope[a])
+        slope[a, 0] = gradient[places[a]] / scale[a]
+        finite = finite and np.isfinite(slope[a, 0])
         for b in range(size):
             matrix[a, b] = normal[places[a], places[b]] / (scale[a] * scale[b])
             finite = finite and np.isfinite(matrix[a, b])
         matrix[a, a] += damping
     if finite:
-        step[:] = np.linalg.solve(matrix, slope)
+        solve_by_elimination(matrix, slope)
+        copy_row(step, slope[:, 0])
     return step

@@ -15,6 +15,7 @@ from aerosid.flight_model.sampling_interval import Stages, integrate, make_stage
 from aerosid.flight_model.settings import SIMULATION
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
+from aerosid.signals.array_elements import copy_row
 
 ALPHA_LIMIT = SIMULATION.flow_angle
 
@@ -105,5 +106,5 @@ def coefficients_along(
     found = np.zeros((samples, load_places(layout).total))
     for k in range(samples):
         evaluate(states[k], flight.inputs[k], parameters, table, constants, flight.positions, work, False, False)
-        found[k] = work.coefficients
+        copy_row(found[k], work.coefficients)
     return found

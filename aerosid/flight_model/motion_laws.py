@@ -53,11 +53,13 @@ class Feedback(NamedTuple):
 _Height = TypeVar("_Height", float, NDArray[np.float64])
 
 
-@njit
 def influence(height: _Height, reach: float) -> _Height:
     """Sigma, 1 on the ground and 0 far from it, for a height, one or (N,), and a span in m."""
     sigma: _Height = np.exp(-2.48 * (2.0 * np.maximum(height, 0.0) / reach) ** 0.768)
     return sigma
+
+
+_influence = njit(influence)
 
 
 class Places(NamedTuple):
@@ -105,7 +107,7 @@ def offsets_at(
             _separated(k, time, x, feedback, n, memory[n], kept[n], offsets)
         else:
             first = feedback.first_number[n]
-            change = feedback.numbers[first] * influence(
+            change = feedback.numbers[first] * _influence(
                 x[state_places(feedback.layout).h] - feedback.ground, feedback.numbers[first + 1]
             )
             if feedback.coefficient[n] >= 0:
@@ -266,7 +268,7 @@ def _near_ground_slopes(
         feedback.numbers[first + 1],
         x[state_places(feedback.layout).h] - feedback.ground,
     )
-    near = influence(height, reach)
+    near = _influence(height, reach)
     by_height, by_reach = 0.0, 0.0
     if height > 0.0:  # sigma = exp(-2.48 (2 h/b)^0.768) is a function of h/b alone
         by_height = 0.768 * near * np.log(near) / height if near > 0.0 else 0.0

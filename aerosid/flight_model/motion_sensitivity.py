@@ -20,6 +20,7 @@ from aerosid.flight_model.motion_laws import REMEMBERED, Feedback, LawSlopes, Pl
 from aerosid.flight_model.response import Directions
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
+from aerosid.signals.array_elements import solve_by_elimination
 from aerosid.signals.trace import Trace
 
 
@@ -174,7 +175,7 @@ def _feed_back(
                 for a in range(count):
                     total += slopes.by_state[s, a] * carry.end[a, r]
                 room.system[s, r] = (1.0 if s == r else 0.0) - total
-        _solve(room.system, room.offsets)
+        solve_by_elimination(room.system, room.offsets)
         for a in range(count):
             for c in range(width):
                 total = carry.ahead[a, c]
@@ -235,7 +236,7 @@ def _states_moved(
                 for d in range(directions.places.shape[0]):
                     states[seen, directions.places[d] - 1] -= slope * directions.inputs[k, j, d]
         seen += 1
-    _solve(sight, states)
+    solve_by_elimination(sight, states)
 
 
 @njit_inline
@@ -307,34 +308,3 @@ def _coefficients_moved(
                 if room.by_input[n, j] != 0.0:
                     for d in range(directions.places.shape[0]):
                         room.direct[n, directions.places[d] - 1] += room.by_input[n, j] * directions.inputs[k, j, d]
-
-
-@njit_inline
-def _solve(system: NDArray[np.float64], right: NDArray[np.float64]) -> None:
-    """Solve `system` (S, S) for the columns of `right` (S, M), in place, by elimination with row exchanges."""
-    size, width = right.shape
-    for p in range(size):
-        best = p
-        for r in range(p + 1, size):
-            if abs(system[r, p]) > abs(system[best, p]):
-                best = r
-        if best != p:
-            for s in range(size):
-                system[p, s], system[best, s] = system[best, s], system[p, s]
-            for c in range(width):
-                right[p, c], right[best, c] = right[best, c], right[p, c]
-        for r in range(p + 1, size):
-            factor = system[r, p] / system[p, p]
-            if factor != 0.0:
-                for s in range(p + 1, size):
-                    system[r, s] -= factor * system[p, s]
-                for c in range(width):
-                    right[r, c] -= factor * right[p, c]
-    for back in range(size):
-        p = size - 1 - back
-        for r in range(p + 1, size):
-            if system[p, r] != 0.0:
-                for c in range(width):
-                    right[p, c] -= system[p, r] * right[r, c]
-        for c in range(width):
-            right[p, c] /= system[p, p]

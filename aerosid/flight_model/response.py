@@ -24,6 +24,7 @@ from aerosid.flight_model.sampling_interval import Stages, inputs_at, integrate,
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.variation import Span, cross, force_inputs, force_terms, make_span, note
 from aerosid.flight_model.workspace import Workspace, make_workspace
+from aerosid.signals.array_elements import copy_rows
 from aerosid.signals.trace import Trace, carry_columns
 
 
@@ -101,7 +102,7 @@ def trace_stretch(
     kept = carry.columns.shape[1]
     width = -(-(kept + states + 2 * extra) // LANES) * LANES
     here, there, u = np.zeros((states, width)), np.zeros((states, width)), np.zeros(leading + extra)
-    here[:, :kept] = carry.columns
+    copy_rows(here, carry.columns)
     # A slow sensor looks back over samples that are missing: of a channel that is recorded every sample is wanted.
     recorded = np.zeros(outputs, dtype=np.bool_)
     for i in range(outputs):
@@ -113,7 +114,7 @@ def trace_stretch(
         begin, stop, carry.state, here, there, kept, flight, parameters, free, table, constants, directions, trace,
         recorded, work, stages, span, u,
     )  # fmt: skip
-    carry.columns[:, :] = here[:, :kept]
+    copy_rows(carry.columns, here[:, :kept])
     return inside
 
 

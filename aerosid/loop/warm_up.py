@@ -1,12 +1,15 @@
 """Ahead-of-time compilation: every kernel that close-loop needs called once on bundled flights, over all cores.
 
-Each task calls the kernels of one part of the loop; whole loops come last, and find nearly all of them done. Kernels
-are compiled for the axes of a case: those of lateral and six-axis models are others.
+Each task calls the kernels of one part of the loop; whole loops come last, and find nearly all of them done. What the
+sample flights need is complete without: there a whole loop would only be the wait for its own run. Kernels are compiled
+for the axes of a case: those of lateral and six-axis models are others.
 """
 
 from __future__ import annotations
 
+import importlib
 import os
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -22,15 +25,17 @@ from aerosid.compatibility import check_kinematics
 from aerosid.compiled.kernel_cache import compilation_announced
 from aerosid.effects import ActiveEffect
 from aerosid.effects.flow_separation import flow_separation
+from aerosid.estimation.competing_fits import evaluated_starts
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
-from aerosid.estimation.maximum_likelihood import Refinement, refine
+from aerosid.estimation.maximum_likelihood import Refinement, Start, refine
 from aerosid.estimation.motion_loop import added_along
 from aerosid.estimation.open_loop import respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import LATERAL
 from aerosid.flight_model.linear_model import linearise
+from aerosid.flight_model.restarted_simulation import predict_ahead
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
@@ -39,6 +44,7 @@ from aerosid.loop.settings import USUAL
 from aerosid.model_error.aircraft_error.force_history import smoothed_histories
 from aerosid.model_error.paper_chain.chain import run_chain
 from aerosid.model_error.paper_chain.coefficient_match import explained_shares
+from aerosid.signals.delay_and_lag import deadbanded, rate_limited
 
 _AIRCRAFT = "light_transport"
 _FLIGHTS = ("light_transport_doublet.csv", "light_transport_3211.csv")
@@ -109,6 +115,16 @@ def _simulation(sample: _Sample) -> None:
     linearise(model, condition_of(manoeuvre))
     respond(model, manoeuvre, manoeuvre.spread**2)
     explained_shares((model, ()), (model, ()), manoeuvre)
+    states = np.tile(manoeuvre.first_state, (manoeuvre.flight.time.size, 1))
+    values = np.array(model.values)
+    predict_ahead(np.zeros(1, np.int64), 1, states, manoeuvre.flight, values, model.table, model.constants)
+
+
+def _search(sample: _Sample) -> None:
+    evaluated_starts([Start(sample.model, sample.free)], [sample.manoeuvre])
+    clock, still = sample.manoeuvre.flight.time, np.zeros(sample.manoeuvre.flight.time.size)
+    rate_limited(clock, still, 1.0)
+    deadbanded(still, 0.01)
 
 
 def _whole_loop(sample: _Sample) -> None:
@@ -130,10 +146,10 @@ class _Task:
 SAMPLE_TASKS: dict[str, _Task] = {
     "maximum likelihood": _Task(_fit_and_smooth),
     "model error d(t)": _Task(_model_error),
-    "effects with a state": _Task(_motion_feedback),
     "instruments": _Task(_instruments),
+    "effects with a state": _Task(_motion_feedback),
     "simulation": _Task(_simulation),
-    "the whole loop": _Task(_whole_loop),
+    "search": _Task(_search),
 }
 """Parts of the loop on the longitudinal sample flights, in the order in which they are begun: those that compile
 longest come first."""
@@ -146,6 +162,7 @@ TASKS: dict[str, _Task] = {
     "six axes, model error d(t)": _Task(_model_error, _six_axes),
     "lateral axes, model error d(t)": _Task(_model_error, _lateral),
     "kinematic and coefficient equations": _Task(_equations),
+    "the whole loop": _Task(_whole_loop),
     "six axes, the whole loop": _Task(_whole_loop, _six_axes),
     "lateral axes, the whole loop": _Task(_whole_loop, _lateral),
 }
@@ -183,6 +200,8 @@ def prepare_part(part: str) -> Prepared:
 def prepare_kernels(workers: int | None = None, parts: Iterable[str] = TASKS) -> Iterator[Prepared]:
     """Compiles what close-loop calls, one part of the loop after the other, as they are done.
 
+    Where a process can be copied the workers begin with all that is imported here.
+
     Parameters
     ----------
     workers : int, optional
@@ -190,6 +209,8 @@ def prepare_kernels(workers: int | None = None, parts: Iterable[str] = TASKS) ->
     parts : iterable of str
         Keys of `TASKS`.
     """
-    with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context("spawn")) as pool:
+    importlib.import_module("numba")
+    way = "fork" if sys.platform == "linux" else "spawn"
+    with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context(way)) as pool:
         for done in as_completed([pool.submit(prepare_part, part) for part in parts]):
             yield done.result()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
+from aerosid.signals.array_elements import copy_row
 
 FloatArray = NDArray[np.float64]
 
@@ -374,7 +375,7 @@ def _recurse(
     row, changed = np.empty(count), False
     told = samples - history.shape[0]  # the first sample that is told of
     for n in range(samples):
-        row[:] = regressors[n]
+        copy_row(row, regressors[n])
         changed |= _take_in(triangle, rotated, sums, row, target[n], weights[n], forgetting)
         if n < told:
             continue

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
+from aerosid.signals.array_elements import copy_rows, multiply_in_place
 from aerosid.signals.sensor_dynamics import SensorStates, read_row
 from aerosid.signals.trace import Trace
 from aerosid.signals.whitening import InputNoise, propagate, propagate_with_sensors, step_with_sensors
@@ -65,9 +66,10 @@ def smooth_inputs(
     x, moved = np.zeros((size, width)), np.zeros((states, width))
     propagated, row = np.zeros((states, plain)), np.zeros(size)
     transition, half, entry = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, extra))
+    product, through = np.zeros((size, width)), np.zeros((size, size))
     for k in range(samples):
-        before[k] = cov
-        predicted[k] = x
+        copy_rows(before[k], cov)
+        copy_rows(predicted[k], x)
         for i in range(outputs):
             if not held[k, i]:
                 continue
@@ -96,7 +98,7 @@ def smooth_inputs(
             break
         if size > plain:
             step_with_sensors(trace, k, noise, sensors, transition, entry)
-            x[:, :] = transition @ x
+            multiply_in_place(transition, x, product)
             propagate_with_sensors(cov, transition, entry, noise, half)
             continue
         for a in range(states):
@@ -107,7 +109,7 @@ def smooth_inputs(
                 for j in range(extra):
                     total += (trace.start[k, a, j] + trace.end[k, a, j] * noise.memory[j]) * x[states + j, c]
                 moved[a, c] = total
-        x[:states] = moved
+        copy_rows(x, moved)
         for j in range(extra):
             for c in range(width):
                 x[states + j, c] *= noise.memory[j]
@@ -135,8 +137,10 @@ def smooth_inputs(
             variances[k, j] = max(variance, 0.0)
         if k > 0:
             step_with_sensors(trace, k - 1, noise, sensors, transition, entry)
-            costate[:, :] = transition.T @ costate
-            information[:, :] = transition.T @ information @ transition
+            multiply_in_place(transition.T, costate, product)
+            multiply_in_place(transition.T, information, through)
+            # From the right as from the left: the information is symmetric.
+            multiply_in_place(transition.T, information.T, through)
 
 
 @njit

@@ -59,6 +59,7 @@ from aerosid.equation_error.equations.term_series import (
 from aerosid.flight_model.axes import COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
 from aerosid.flight_model.terms import value_count
+from aerosid.signals.array_elements import copy_row
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -111,7 +112,7 @@ def accelerations(
         for n in range(samples):
             series[C_T, n] = thrust[n] / (0.5 * inputs[n, RHO] * course.V[n] ** 2 * acting.wing_area)
     if needed[VARIABLE_COUNT + THRUST]:
-        series[VARIABLE_COUNT + THRUST] = thrust
+        copy_row(series[VARIABLE_COUNT + THRUST], thrust)
     fill_products(terms, series)
     shape = LIFT, samples  # body-axis coefficients precede lift
     result = Accelerations(np.zeros(shape), np.empty(shape), np.empty(shape), series)
@@ -176,7 +177,7 @@ def stacked(
     for m in range(term_indices.size):
         entry, index = term_indices[m], equations[m]
         if entry < 0:
-            out[:, m] = found.known[index]
+            copy_row(out[:, m], found.known[index])
             continue
         coefficient = terms.places[terms.table.coefficient[entry]]
         along = found.series[terms.table.value[entry]].copy()

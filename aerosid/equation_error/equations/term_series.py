@@ -16,6 +16,7 @@ from aerosid.equation_error.equations.running_integral import derivative_of_line
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, COEFFICIENTS
 from aerosid.flight_model.term_grammar import VARIABLE_COUNT
 from aerosid.flight_model.terms import TermTable
+from aerosid.signals.array_elements import copy_row
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -256,6 +257,6 @@ def shown_terms(terms: Terms, values: Array, series: Array, linear_inputs: bool)
     sum_terms(terms, values, series, totals, MOMENTS_OF_INPUTS)
     for index in range(ROLL, YAW + 1):
         if np.any(totals[index] != 0.0):
-            totals[index] = derivative_of_linear(totals[index])
+            copy_row(totals[index], derivative_of_linear(totals[index]))
     sum_terms(terms, values, series, totals, ALL_OTHERS)
     return totals

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgeqrf, dorgqr
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.signals.array_elements import copy_row
 
 Array = NDArray[np.float64]
 
@@ -187,7 +188,7 @@ def _burg(values: Array, bounds: NDArray[np.int64], sizes: Array, order: int, li
             for n in range(bounds[s + 1] - 1, bounds[s] + k - 1, -1):
                 f, b = ahead[n], behind[n - 1]
                 ahead[n], behind[n] = f + reflection * b, b + reflection * f
-        before[:] = weights
+        copy_row(before, weights)
         for j in range(1, k + 1):
             weights[j] = before[j] + reflection * before[k - j]
         reached = k

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit
 from aerosid.equation_error.regression.coloured_regression import Colour, likeliest_colour
+from aerosid.signals.array_elements import copy_row, copy_rows
 
 Array = NDArray[np.float64]
 
@@ -97,7 +98,7 @@ def _coloured(
         values, divisors, least = np.empty(edges[count]), np.empty(count), np.empty(count)
         for m in range(count):
             part = residuals[bounds[members[m]] : bounds[members[m] + 1]]
-            values[edges[m] : edges[m + 1]] = part
+            copy_row(values[edges[m] : edges[m + 1]], part)
             divisors[m], least[m] = max(float(np.std(part)), 1e-300), max(floors[members[m]], 1e-12)
         own = np.empty(0)
         if groups.may_differ[g] and count > 1:
@@ -112,9 +113,10 @@ def _coloured(
         for m in range(count):
             s, reached = members[m], shared.shape[0] - 1
             weights[s] = 0.0
-            weights[s, : reached + 1], starts[s, :reached, :reached] = shared, start
+            copy_row(weights[s], shared)
+            copy_rows(starts[s], start)
             orders[s], sizes[s] = reached, found[m]
-            white[bounds[s] : bounds[s + 1]] = innovations[edges[m] : edges[m + 1]]
+            copy_row(white[bounds[s] : bounds[s + 1]], innovations[edges[m] : edges[m + 1]])
     return weights, starts, orders, sizes, white, log_likelihoods
 
 
@@ -146,7 +148,8 @@ def _each_alone(
             limit,
         )
         reached = alone.shape[0] - 1
-        weights[s, : reached + 1], starts[s, :reached, :reached] = alone, start
+        copy_row(weights[s], alone)
+        copy_rows(starts[s], start)
         orders[s], sizes[s] = reached, found[0]
-        white[bounds[s] : bounds[s + 1]] = innovations
+        copy_row(white[bounds[s] : bounds[s + 1]], innovations)
     return own
