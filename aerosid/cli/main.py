@@ -25,6 +25,7 @@ from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOpti
 from aerosid.cli.output import headed, loudly, read_no_more, taken_out, tell, written
 from aerosid.cli.replay import replay_command
 from aerosid.cli.schema import schema_command
+from aerosid.cli.stop_signals import INTERRUPTED, TERMINATED, termination_as_interrupt
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
@@ -69,6 +70,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(_CYCLES_SOUGHT_AFTER)
     # The final garbage collection frees only what the end of the process frees anyway.
     atexit.register(gc.freeze)
+    with termination_as_interrupt() as termination:
+        code = _run(words, debug)
+    if code == INTERRUPTED:
+        ended = ("terminated.", TERMINATED) if termination.requested else ("interrupted.", INTERRUPTED)
+        return _failed(*ended, debug)
+    return code
+
+
+def _run(words: Sequence[str], debug: bool) -> int:
+    """The exit code of one command."""
     try:
         # Removed here so that it is accepted before and after the verb without every verb declaring it.
         arguments = [word for word in words if word != _DEBUG]
@@ -80,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except typer.Abort:
         return _failed("aborted.", 2, debug)
     except KeyboardInterrupt:
-        return _failed("interrupted.", 130, debug)
+        return INTERRUPTED
     except BrokenPipeError:
         # The reader of a JSON document has closed the pipe: nothing is left to write or flush.
         read_no_more()
