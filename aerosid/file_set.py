@@ -61,6 +61,8 @@ def require_writable_file(file: Path) -> None:
     """
     if file.is_dir():
         raise UsageError(f"{file}: is a folder, expected the name of a file; give one with --out.")
+    if file.exists() and not file.is_file():
+        raise UsageError(f"{file}: is a device or pipe, expected the name of a file; give one with --out.")
     require_writable(file.parent)
 
 

@@ -91,7 +91,7 @@ def _length(aircraft: Aircraft | None) -> float | None:
 def _checked(log: FlightLog, output: Console | None, length: float | None) -> dict[str, object]:
     """Quality of one log: printed where a console is given, and returned as a JSON object."""
     from aerosid.compatibility import check_kinematics
-    from aerosid.logs.quality import Problem, check_log
+    from aerosid.logs.quality import NOT_COMPARABLE, check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
     from aerosid.reporting.quality_tables import (
         closing_sentence,
@@ -104,8 +104,7 @@ def _checked(log: FlightLog, output: Console | None, length: float | None) -> di
     quality = check_log(log)
     whole = whole_flight_sentence(log)
     # A whole flight passes several trim conditions and configurations: one flight path through it is no valid check.
-    # Angles in a wrong unit contradict every other channel; the search for instrument errors would be slow and futile.
-    checkable = whole is None and all(finding.problem is not Problem.DEGREES for finding in quality.findings)
+    checkable = whole is None and all(finding.problem not in NOT_COMPARABLE for finding in quality.findings)
     agreement = check_kinematics([log], length=length) if checkable else None
     dynamic = "" if whole is not None else dynamic_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole)

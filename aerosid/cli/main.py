@@ -22,10 +22,10 @@ from aerosid.cli.export import export_command
 from aerosid.cli.find import find_command
 from aerosid.cli.fly import fly_command
 from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOption, console, out_folder
-from aerosid.cli.output import headed, loudly, read_no_more, taken_out, tell, written
+from aerosid.cli.output import headed, loudly, read_no_more, taken_out, tell, verb_of, written
 from aerosid.cli.replay import replay_command
 from aerosid.cli.schema import schema_command
-from aerosid.cli.stop_signals import INTERRUPTED, TERMINATED, termination_as_interrupt
+from aerosid.cli.stop_signals import INTERRUPTED, unless_ended
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
@@ -70,12 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(_CYCLES_SOUGHT_AFTER)
     # The final garbage collection frees only what the end of the process frees anyway.
     atexit.register(gc.freeze)
-    with termination_as_interrupt() as termination:
-        code = _run(words, debug)
-    if code == INTERRUPTED:
-        ended = ("terminated.", TERMINATED) if termination.requested else ("interrupted.", INTERRUPTED)
-        return _failed(*ended, debug)
-    return code
+    code, ended = unless_ended(lambda: _run(words, debug))
+    return _failed(ended, code, debug) if ended else code
 
 
 def _run(words: Sequence[str], debug: bool) -> int:
@@ -98,7 +94,7 @@ def _run(words: Sequence[str], debug: bool) -> int:
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence for every failure
         if hasattr(error, "format_message"):
-            return _failed(f"{error.format_message().rstrip('.')}. See `{_verb_of(error)} --help`.", 2, debug)
+            return _failed(f"{error.format_message().rstrip('.')}. See `{verb_of(error)} --help`.", 2, debug)
         detail = " ".join(str(error).split())[:200] or type(error).__name__
         return _failed(
             f"an unexpected {type(error).__name__} stopped the run ({detail}); run again with --debug and report it.",
@@ -108,16 +104,6 @@ def _run(words: Sequence[str], debug: bool) -> int:
     finally:
         loudly()
     return result if isinstance(result, int) else 0
-
-
-def _verb_of(error: Exception) -> str:
-    """The command that was called wrongly, as typed."""
-    names: list[str] = []
-    context = getattr(error, "ctx", None)
-    while context is not None and context.parent is not None:
-        names.insert(0, str(context.info_name))
-        context = context.parent
-    return " ".join(["aerosid", *names])
 
 
 def _failed(sentence: str, code: int, debug: bool) -> int:

@@ -6,7 +6,7 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 INTERRUPTED, TERMINATED = 130, 143
 """Standard: exit codes of a process that SIGINT and SIGTERM end, 128 and the number of the signal."""
@@ -16,6 +16,15 @@ class Termination:
     """Whether this process was asked to end."""
 
     requested = False
+
+
+def unless_ended(run: Callable[[], int]) -> tuple[int, str]:
+    """The exit code of a run, and how it was ended from outside, in a word; empty where it was not."""
+    with termination_as_interrupt() as termination:
+        code = run()
+    if code != INTERRUPTED:
+        return code, ""
+    return (TERMINATED, "terminated.") if termination.requested else (INTERRUPTED, "interrupted.")
 
 
 @contextlib.contextmanager

@@ -137,11 +137,6 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
                 f"{log.path}: channel {name} holds {held} samples that are numbers, but the estimation needs at least "
                 f"{PREPARATION.fewest}; record it, or map another column."
             )
-    if (middle := float(np.nanmedian(log["V"]))) <= 0.0:
-        raise LogError(
-            f"{log.path}: half of the samples of channel V are {middle:g} m/s or less, but an aircraft in flight has a "
-            "positive airspeed; correct its column or sign, or choose a span in flight."
-        )
     notes: list[str] = []
     inputs = np.zeros((log.time.size, len(columns)))
     for j, name in enumerate(columns):

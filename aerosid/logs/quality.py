@@ -11,6 +11,7 @@ import numpy as np
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
+from aerosid.logs.physical_values import first_not_positive, longest_hole
 from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
 from aerosid.logs.settings import QUALITY
 from aerosid.nomenclature import CHANNELS
@@ -28,11 +29,15 @@ class Problem(enum.Enum):
     CONTROL_AT_REST = (
         "no control surface moves by more than its noise: fly a doublet or a 3-2-1-1, or choose another span"
     )
+    NOT_POSITIVE = "it has to be positive: leave those fields empty, correct the column or choose another span"
+    CONTROL_HOLE = "no response can be simulated without the control: choose a span without that hole, or fill it"
+    TOO_FAST = "no flight recorder samples that fast: correct the unit of time"
     EMPTY = "every sample is missing: correct the channel map or leave the channel out"
     HELPFUL = "not recorded: close-loop works without it, but attributes effects less reliably"
     GAPS = "the recording has gaps: the simulation runs through them, but choose a span without where you can"
     UNEVEN = "the sampling is uneven: it is used as it is, nothing is resampled"
     MISSING = "samples are missing: they are skipped"
+    FILLED = "samples are missing: the control is interpolated linearly between the others"
     SPIKES = "single samples differ strongly from both neighbours: leave these fields empty if they are not motion"
     STUCK = "the channel is constant while others move: check the sensor, or leave the channel out"
     CONSTANT = "the channel never changes: check the sensor, or leave the channel out"
@@ -53,7 +58,21 @@ class Problem(enum.Enum):
     LOAD_FACTOR = "the mean of a_z is not about -9.81 m/s^2: check its unit, sign and offset (specific force, z down)"
 
 
-_BLOCKING = frozenset({Problem.DEGREES, Problem.LACKING, Problem.NO_CONTROL, Problem.CONTROL_AT_REST})
+_BLOCKING = frozenset(
+    {
+        Problem.DEGREES,
+        Problem.LACKING,
+        Problem.NO_CONTROL,
+        Problem.CONTROL_AT_REST,
+        Problem.NOT_POSITIVE,
+        Problem.CONTROL_HOLE,
+        Problem.TOO_FAST,
+    }
+)
+"""Problems with which close-loop refuses a log."""
+
+NOT_COMPARABLE = frozenset({Problem.DEGREES, Problem.NOT_POSITIVE, Problem.TOO_FAST})
+"""Problems that contradict every other channel: a search for instrument errors would be slow and futile."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +236,9 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
         return ChannelQuality(name, unit, math.nan, math.nan, 1.0, 0, 0.0, 0.0, 0.0, 0.0)
     known = channel_noise(log, name)
     noise = known.deviation
-    variation = math.sqrt(max(float(np.var(present)) - noise**2, 0.0))
+    # The variance of equal numbers is not always zero.
+    power = float(np.var(present)) if present.min() < present.max() else 0.0
+    variation = math.sqrt(max(power - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
         name,
@@ -250,6 +271,8 @@ def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
 
 def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], unevenness: float) -> list[Finding]:
     findings = []
+    if log.interval < QUALITY.shortest_interval:
+        findings.append(Finding(Problem.TOO_FAST, "time", f"every {number(log.interval)} s"))
     if gaps:
         start, length = max(gaps, key=lambda gap: gap[1])
         longest = f"{number(length)} s after {number(start, 6)} s"
@@ -268,8 +291,13 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
         return [Finding(Problem.EMPTY, name)]
     values = log[name]
     findings = []
-    if channel.missing > 0.0:
-        findings.append(Finding(Problem.MISSING, name, f"{number(100.0 * channel.missing)} %"))
+    if found := first_not_positive(log, name):
+        findings.append(Finding(Problem.NOT_POSITIVE, name, found))
+    if (hole := longest_hole(log, name)) is not None:
+        findings.append(Finding(Problem.CONTROL_HOLE, name, f"lacks {hole}"))
+    elif channel.missing > 0.0:
+        problem = Problem.FILLED if name.startswith("delta_") else Problem.MISSING
+        findings.append(Finding(problem, name, f"{number(100.0 * channel.missing)} %"))
     if channel.spikes:
         times = ", ".join(plain(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
         more = " ..." if channel.spikes > 3 else ""

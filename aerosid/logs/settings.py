@@ -70,6 +70,11 @@ class QualitySettings:
     ----------
     gap : float
         Time without a sample, in median intervals, 1, that counts as a gap.
+    hole : tuple of (float, float)
+        Of a control's own median intervals, 1, and s: time without a sample beyond both of which it is not
+        interpolated. A short doublet lasts twice as long. Chosen.
+    shortest_interval : float
+        s between samples below which the time is in another unit: faster than any recorder of flights. Chosen.
     uneven : float
         Range of the intervals over their median, 1, from which sampling is uneven.
     stuck_share, stuck_samples : float, int
@@ -101,6 +106,8 @@ class QualitySettings:
     """
 
     gap: float = 2.5
+    hole: tuple[float, float] = (5.0, 0.2)
+    shortest_interval: float = 1e-4
     uneven: float = 0.02
     stuck_share: float = 0.2
     stuck_samples: int = 20

@@ -26,6 +26,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.physical_values import require_computable
 from aerosid.loop.identification_problem import IdentificationProblem, with_identified_instrument_errors
 from aerosid.loop.methods import MethodResult, run_method
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
@@ -137,11 +138,11 @@ def identify(
     logs, unseen = (
         [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, unseen)
     )
+    require_computable(logs, unseen, aircraft.axes.required)
     plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
-    controls = controls_of(plain)
     manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
     others, held_out = predicted[: len(validation)], predicted[len(validation) :]
-    given = declared_effects(aircraft, controls, manoeuvres)
+    given = declared_effects(aircraft, controls_of(plain), manoeuvres)
     declared = with_columns_of(plain, given)
 
     progress("checking data compatibility")

@@ -323,7 +323,7 @@ def test_a_log_without_a_channel_that_is_needed_is_refused(channel: str) -> None
 @pytest.mark.parametrize("factor", [0.0, -1.0])
 def test_a_log_of_an_aircraft_that_does_not_fly_forward_is_refused(factor: float) -> None:
     log = SQUARES.fly()
-    with pytest.raises(LogError, match=r"channel V are -?[0-9.]+ m/s or less"):
+    with pytest.raises(LogError, match=r"channel V has to be positive"):
         identify([with_channels(log, V=factor * log["V"])], LIGHT, settings=JUDGED)
 
 

@@ -42,8 +42,10 @@ _SENSES = {
     "sensor_bias": "a bias is measured − true",
     "sensor_scale": "a scale is measured / true",
     "sensor_delay": "what is recorded late has a positive delay",
+    "thrust_scale": "a scale of thrust is acting / recorded",
+    "thrust_asymmetry": "an arm of thrust is positive to the left",
 }
-"""Positive senses of the errors of instruments, which their short names do not tell."""
+"""Positive senses of the errors of instruments and of thrust, which their short names do not tell."""
 
 
 def _senses(effects: Sequence[Effect]) -> Iterator[str]:
