@@ -285,6 +285,9 @@ def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
         if kind == "greater_than_equal" and 0.0 < limit <= 1e-6:
             return f"a positive number{unit} (at least {limit:g}); correct it"
         return f"a number{unit} {'of at least' if kind == 'greater_than_equal' else 'of at most'} {limit:g}; correct it"
+    if kind in ("greater_than", "less_than"):
+        limit = next(iter(context.values()))
+        return f"a number{unit} {'greater' if kind == 'greater_than' else 'less'} than {limit:g}; correct it"
     if kind.startswith("float"):
         return f"a number{unit}; write it without quotes or brackets"
     if kind == "literal_error":
@@ -296,6 +299,8 @@ def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
     if kind.startswith("list") or kind in ("too_short", "too_long"):
         if key.startswith("limits."):
             return f"a range [low, high]{unit}; write both numbers"
+        if "min_length" in context:
+            return f"a list of at least {context['min_length']} entries, not {context['actual_length']}"
         return "a list in square brackets" if not key.startswith("effects") else "[[effects]] with double brackets"
     if key.startswith("derivatives.") and key.count(".") >= 2:
         return "a table such as { value = -0.72, sigma = 0.05 }"

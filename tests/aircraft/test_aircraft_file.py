@@ -475,6 +475,21 @@ def test_the_light_transport_trims_at_its_reference_speed_with_the_terms_it_lack
 
 
 @pytest.mark.parametrize(
+    ("added", "told"),
+    [
+        ("[noise]\nalpha = -1\n", "noise.alpha is -1, expected a number greater than 0; correct it"),
+        ("[fuel]\nused = []\n", "fuel.used is a list, expected a list of at least 2 entries, not 0"),
+    ],
+)
+def test_a_number_or_a_list_out_of_range_is_told_its_bound(added: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "aircraft.toml"
+    path.write_text((bundled_folder("aircraft_models") / "light_transport.toml").read_text() + "\n" + added)
+    with pytest.raises(AircraftError) as refused:
+        load_aircraft(path)
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "told"),
     [
         ("mass = 2280 ", "mass = 2.28 ", "wing loading"),

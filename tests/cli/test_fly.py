@@ -87,6 +87,7 @@ def test_an_aircraft_file_is_flown_by_the_elevator_of_a_log(tmp_path: Path) -> N
         (["L410", "--effect", "aero_term:C_m=1"], "is written as in C_m:alpha^2=-1.7", 2),
         (["L410", "--effect", "aero_term:C_m:alpha^^2=1"], "cannot be read", 2),
         (["L410", "--effect", "turbulence=1@3"], "cannot begin at 3 s", 2),
+        (["L410", "--effect", "turbulence=99"], "was given 99; give severity 1 to 7 of at most 7", 2),
         (["light_transport", "--effect", "flap=1"], "flap needs an aircraft of JSBSim", 2),
     ],
 )

@@ -152,3 +152,9 @@ def test_bundled_maps_name_glossary_channels_and_a_known_format(path: Path) -> N
     assert set(channel_map.channels) - set(CHANNELS) <= {"elevator_tab"}
     assert {"V", "alpha", "q", "delta_e"} <= set(channel_map.channels)
     assert all(entry.unit for alternatives in channel_map.channels.values() for entry in alternatives)
+
+
+def test_a_position_of_two_numbers_lacks_the_third(tmp_path: Path) -> None:
+    path = write_map(tmp_path, 'alpha = { column = 2, unit = "rad", position = [1.2, 0.0] }')
+    with pytest.raises(ChannelMapError, match=r"position' has 2 entries, but entry 3 is needed"):
+        load_channel_map(path)

@@ -235,6 +235,9 @@ def _first_problem(error: ValidationError) -> str:
     branches = ("constrained-", "function-", "int", "str", "tuple")
     keys = [str(part) for part in first["loc"] if isinstance(part, str) and not part.startswith(branches)]
     key = shown(".".join(keys), 80)
+    if first["type"] == "missing" and isinstance(first["loc"][-1], int):
+        needed = first["loc"][-1] + 1
+        return f"key {key} has {len(first['input'])} entries, but entry {needed} is needed; write all of them."
     if first["type"] == "missing":
         return f"key {key} is missing; add it."
     if first["type"] == "extra_forbidden":

@@ -6,6 +6,7 @@ import contextlib
 import gc
 import io
 import logging
+import re
 import sys
 from datetime import UTC, datetime
 from functools import partial
@@ -78,7 +79,9 @@ def _opened(asammdf: Any, data: bytes) -> tuple[Any, str]:
     try:
         return asammdf.MDF(io.BytesIO(data)), ""
     except Exception as error:  # noqa: BLE001  damaged bytes can raise any exception in asammdf
-        failed = " ".join(str(error).split())[:80] or type(error).__name__
+        # asammdf names what it was given, which is the place of bytes in memory.
+        told = re.sub(r"'?<_io\.BytesIO object at 0x[0-9a-f]+>'?", "it", str(error))
+        failed = " ".join(told.split())[:80] or type(error).__name__
     finally:
         gc.collect()
         sys.unraisablehook = listening

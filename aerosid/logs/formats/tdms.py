@@ -62,7 +62,7 @@ def read_tdms(data: bytes, path: str) -> Recording:
 
 @contextmanager
 def _warnings_kept() -> Iterator[list[str]]:
-    """The warnings that npTDMS would write to stderr, as a list."""
+    """The warnings that npTDMS would write to stderr, as a list; those while samples are read later are dropped."""
     kept: list[str] = []
 
     class Keeper(logging.Handler):
@@ -71,14 +71,13 @@ def _warnings_kept() -> Iterator[list[str]]:
 
     keeper = Keeper()
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("nptdms")]
-    before = [(logger, logger.handlers[:], logger.propagate) for logger in loggers]
     for logger in loggers:
         logger.handlers, logger.propagate = [keeper], False
     try:
         yield kept
     finally:
-        for logger, handlers, propagate in before:
-            logger.handlers, logger.propagate = handlers, propagate
+        for logger in loggers:
+            logger.handlers = [logging.NullHandler()]
 
 
 def _lengths_differ(channels: list[Any]) -> bool:

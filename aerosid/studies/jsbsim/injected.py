@@ -34,8 +34,8 @@ class InjectedKind:
         Whether it may begin at a time of the log, s; without one it acts from the start.
     help : str
         Description in one line.
-    least : float
-        Lower bound of each number.
+    least, most : float
+        Bounds of each number.
     """
 
     numbers: tuple[str, ...]
@@ -44,6 +44,7 @@ class InjectedKind:
     timed: bool
     help: str
     least: float = -math.inf
+    most: float = math.inf
 
 
 _COEFFICIENTS = SIX.coefficients
@@ -85,7 +86,9 @@ KINDS: Mapping[str, InjectedKind] = MappingProxyType(
             ("alpha of reattachment [rad]", "alpha of stall [rad]", "C_Z", "C_m", "C_X"), 3, (), False,
             "what the coefficients change by between stall and reattachment",
         ),
-        "turbulence": InjectedKind(("severity 1 to 7",), 1, (), False, "Dryden, MIL-F-8785C"),
+        "turbulence": InjectedKind(
+            ("severity 1 to 7",), 1, (), False, "Dryden, MIL-F-8785C", least=1.0, most=7.0
+        ),
     }
 )  # fmt: skip
 """Every effect that can be injected."""
@@ -129,6 +132,10 @@ class InjectedEffect:
         if lowest < kind.least:
             raise UsageError(
                 f"the effect {self.kind} was given {lowest:g}; give {kind.numbers[0]} of at least {kind.least:g}."
+            )
+        if (highest := max(self.values)) > kind.most:
+            raise UsageError(
+                f"the effect {self.kind} was given {highest:g}; give {kind.numbers[0]} of at most {kind.most:g}."
             )
         where = self.where or (kind.where[0] if kind.where[:1] == _CONTROLS[:1] else "")
         if where not in (kind.where or ("",)):
