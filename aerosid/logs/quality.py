@@ -50,6 +50,7 @@ class Problem(enum.Enum):
     WEAK = "the channel varies by less than three times its noise: its derivatives will be poor"
     LATERAL = "the manoeuvre is not longitudinal alone: keep phi, p and r in the log, for the equations use them"
     ANGLE_UNIT = "theta' and q differ by about 57: one of them is in degrees, correct its unit"
+    RATE_UNIT = "theta' and q differ by more than a unit of angle: check their units and that of time"
     DEGREES = "the value is too large for an aircraft: it is in degrees and read as radians, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
     CONTROL_SIGN = (
@@ -352,7 +353,9 @@ def _motion_findings(log: FlightLog) -> list[Finding]:
     if slope is not None and slope < QUALITY.opposite:
         findings.append(Finding(Problem.ANGLE_SIGN, "theta, q", f"factor {slope:.3g}"))
     elif slope is not None and (slope > QUALITY.other_unit[1] or 0.0 < slope < QUALITY.other_unit[0]):
-        findings.append(Finding(Problem.ANGLE_UNIT, "theta, q", f"factor {slope:.3g}"))
+        degrees = max(slope, 1.0 / slope) < QUALITY.most_other_unit
+        problem = Problem.ANGLE_UNIT if degrees else Problem.RATE_UNIT
+        findings.append(Finding(problem, "theta, q", f"factor {slope:.3g}"))
     answer = answer_to_elevator(log)
     if answer is not None and answer > QUALITY.wrong_answer:
         findings.append(Finding(Problem.CONTROL_SIGN, "delta_e, q", f"correlation {answer:.2g}"))

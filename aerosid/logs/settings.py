@@ -95,6 +95,8 @@ class QualitySettings:
         Factor, 1, between theta' and q below which their signs are opposite.
     other_unit : tuple of (float, float)
         Factor, 1, between theta' and q below and above which one of them is in degrees: 1/57 and 57 are.
+    most_other_unit : float
+        Factor, 1, from which on it is none of degrees: three times theirs. Chosen.
     level_load : tuple of (float, float)
         m/s^2, range of the mean of a_z, about -9.81 in level flight.
     spike : float
@@ -118,6 +120,7 @@ class QualitySettings:
     banked: float = 0.17453292519943295
     opposite: float = -0.3
     other_unit: tuple[float, float] = (0.05, 20.0)
+    most_other_unit: float = 170.0
     level_load: tuple[float, float] = (-25.0, -4.0)
     spike: float = 10.0
     spike_share: float = 0.1

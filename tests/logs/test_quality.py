@@ -94,6 +94,10 @@ def _degrees(c: Arrays) -> None:
     c["theta"][:] = np.degrees(c["theta"])
 
 
+def _thousandths(c: Arrays) -> None:
+    c["theta"][:] = 1000.0 * c["theta"]
+
+
 def _negative(c: Arrays) -> None:
     c["theta"][:] = -c["theta"]
 
@@ -123,6 +127,7 @@ def _still(c: Arrays) -> None:
         (_weak, Problem.WEAK, "V"),
         (_bank, Problem.LATERAL, "phi"),
         (_degrees, Problem.ANGLE_UNIT, "theta, q"),
+        (_thousandths, Problem.RATE_UNIT, "theta, q"),
         (_negative, Problem.ANGLE_SIGN, "theta, q"),
         (_upward, Problem.LOAD_FACTOR, "a_z"),
         (_reversed, Problem.CONTROL_SIGN, "delta_e, q"),
