@@ -333,8 +333,7 @@ def _trim_strays(recording: Recording, channels: list[MappedChannel], origin: in
     span = flight_span(stamps)
     if span is None or not (span.before or span.after):
         return
-    length = f"{span.stop - span.start:.3g} s"
-    notes.append(f"the recording lasts {length}; {span.after} messages are after it, {span.before} long before it")
+    notes.append(f"stamped outside the recording and left out: {span.after} after it, {span.before} long before it")
     for channel in channels:
         inside = (channel.time >= span.start - abs(channel.entry.delay)) & (
             channel.time <= span.stop + abs(channel.entry.delay)

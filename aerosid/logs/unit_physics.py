@@ -175,7 +175,12 @@ def judge_load_factor(channels: dict[str, ProposedChannel], log: FlightLog, sett
             proposed.asked = unit == "g"
             return
     proposed.asked = True
-    proposed.reasons.append(f"mean {mean:.3g} in level flight fits no convention: give unit, sign and offset")
+    found = (
+        f"mean {mean:.3g} in level flight fits no convention"
+        if np.isfinite(mean)
+        else "no level flight shows its convention"
+    )
+    proposed.reasons.append(f"{found}: give unit, sign and offset")
 
 
 def _judge_altitude(channels: dict[str, ProposedChannel], log: FlightLog, settings: ProposalSettings) -> None:
