@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from aerosid.signals.least_squares import (
@@ -25,6 +25,7 @@ def ordinary(regressors: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np
 
 
 @settings(max_examples=60, deadline=None)
+@example(count=6, samples=53, collinear=0.001, decades=0.0, seed=6)
 @given(
     count=st.integers(1, 7),
     samples=st.integers(20, 60),
@@ -43,8 +44,12 @@ def test_the_last_sample_is_ordinary_least_squares(
     target = regressors @ truth + 1e-3 * rng.standard_normal(samples)
     fit = recursive_least_squares(regressors, target)
     coefficients, covariance = ordinary(regressors, target)
-    np.testing.assert_allclose(fit.coefficients, coefficients, rtol=1e-10)
-    np.testing.assert_allclose(fit.history[-1], coefficients, rtol=1e-10)
+    # Rounding errors are bounded by the condition times the whole solution, in columns of unit length: a coefficient
+    # that is nearly zero by chance is no more accurate than the others.
+    norms = np.linalg.norm(regressors, axis=0)
+    within = 1e-10 * np.abs(coefficients * norms).max()
+    np.testing.assert_allclose(fit.coefficients * norms, coefficients * norms, rtol=0.0, atol=within)
+    np.testing.assert_allclose(fit.history[-1] * norms, coefficients * norms, rtol=0.0, atol=within)
     np.testing.assert_allclose(fit.variance_history[-1], np.diag(covariance), rtol=1e-7)
     residual = target - regressors @ coefficients
     assert fit.residual_variance == pytest.approx(residual @ residual / (samples - count), rel=1e-7)

@@ -134,8 +134,8 @@ def deflection(shape: str | RecordedInput, time: FloatArray, amplitude: float, u
     if "@" in shape:
         return _stepwise(_steps_of(shape), time, amplitude)
     raise UsageError(
-        f"the input {shape!r} is unknown; give one of {', '.join(SHAPES)}, steps as in 0.8@1,0.6@-1 (seconds at a "
-        "level), or a log with delta_e."
+        f"the input {shape!r} of --input or --validate is unknown; give one of {', '.join(SHAPES)}, steps as in "
+        "0.8@1,0.6@-1 (seconds at a level), or a log with delta_e."
     )
 
 
