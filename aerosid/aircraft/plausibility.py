@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from aerosid.aircraft.effect_values import made_effect
 from aerosid.aircraft.model import Aircraft
+from aerosid.errors import AircraftError
 
 _RANGES: tuple[tuple[str, float, float, str], ...] = (
     ("wing_area", 0.05, 1000.0, "m^2"),
@@ -51,7 +53,23 @@ def warnings_about(aircraft: Aircraft) -> tuple[str, ...]:
             f"C_m q_hat is {damping:g} in size, mostly 3 to 100; "
             "q_hat is q c/(2 U0), a value per q c/V is to be doubled"
         )
-    return (*warnings, *_left_to_the_log(aircraft))
+    return (*warnings, *_impossible_effects(aircraft), *_left_to_the_log(aircraft))
+
+
+USUAL_INTERVAL = 0.02
+"""Numerical: sampling interval, s, for which declared effects are checked without a log; their limits do not depend on
+it."""
+
+
+def _impossible_effects(aircraft: Aircraft) -> list[str]:
+    """What no aircraft shows among the declared effects: close-loop refuses them."""
+    found = []
+    for number, effect in enumerate(aircraft.effects, start=1):
+        try:
+            made_effect(effect, f"effects[{number}] ({effect.kind})", USUAL_INTERVAL)
+        except AircraftError as error:
+            found.append(f"{error}; close-loop refuses the file as it is")
+    return found
 
 
 def _unusual_ratios(aircraft: Aircraft) -> list[str]:

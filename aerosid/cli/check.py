@@ -31,7 +31,8 @@ def check_command(
         typer.Option(
             "--aircraft",
             metavar="FILE",
-            help="Aircraft file: its size limits the sensor positions; default no limit.",
+            help="Aircraft file: says also whether close-loop can use the logs with it; its size limits the sensor "
+            "positions, default no limit.",
             show_default=False,
         ),
     ] = None,
@@ -42,7 +43,6 @@ def check_command(
     """
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import spans_between
-    from aerosid.logs.channel_noise import with_declared_noise
     from aerosid.logs.formats import FORMATS, format_of, read_log, read_recording
     from aerosid.logs.spans import read_span
 
@@ -59,9 +59,7 @@ def check_command(
                 _print_streams(span.path, streams, output)
             read_before[span.path] = read_log(span.path, channels, across_holes=True, recording=streams)
         log = read_span(span, channels, read_before)
-        if declared is not None:
-            log = with_declared_noise(log, declared.noise, declared.resolution)
-        closing.append(_checked(log, None if silent else output, _length(declared)))
+        closing.append(_checked(log, None if silent else output, declared))
     tell(lambda: headed("check", {"logs": closing}))
     if silent and not mode().json:
         for entry in closing:
@@ -88,9 +86,24 @@ def _length(aircraft: Aircraft | None) -> float | None:
     return aircraft.length or OFFERED.length_in_chords * aircraft.mean_chord
 
 
-def _checked(log: FlightLog, output: Console | None, length: float | None) -> dict[str, object]:
+def _obstacle(log: FlightLog, aircraft: Aircraft | None) -> str:
+    """Why close-loop cannot use a log with an aircraft file, in one sentence; empty where it can."""
+    from aerosid.errors import AerosidError
+    from aerosid.loop.identification import prepare_flights
+
+    if aircraft is None:
+        return ""
+    try:
+        prepare_flights([log], aircraft)
+    except AerosidError as error:
+        return f"The log cannot be used by close-loop with this aircraft: {error}"
+    return ""
+
+
+def _checked(recorded: FlightLog, output: Console | None, aircraft: Aircraft | None) -> dict[str, object]:
     """Quality of one log: printed where a console is given, and returned as a JSON object."""
     from aerosid.compatibility import check_kinematics
+    from aerosid.logs.channel_noise import with_declared_noise
     from aerosid.logs.quality import NOT_COMPARABLE, check_log
     from aerosid.manoeuvres import find_manoeuvres, whole_flight_sentence
     from aerosid.reporting.quality_tables import (
@@ -101,13 +114,18 @@ def _checked(log: FlightLog, output: Console | None, length: float | None) -> di
         quality_json,
     )
 
+    log = recorded
+    if aircraft is not None:
+        log = with_declared_noise(recorded, aircraft.noise, aircraft.resolution)
     quality = check_log(log)
     whole = whole_flight_sentence(log)
     # A whole flight passes several trim conditions and configurations: one flight path through it is no valid check.
     checkable = whole is None and all(finding.problem not in NOT_COMPARABLE for finding in quality.findings)
-    agreement = check_kinematics([log], length=length) if checkable else None
+    agreement = check_kinematics([log], length=_length(aircraft)) if checkable else None
     dynamic = "" if whole is not None else dynamic_sentence(find_manoeuvres(log))
     sentence, usable = closing_sentence(quality, agreement, whole)
+    if usable and (obstacle := _obstacle(recorded, aircraft)):
+        sentence, usable = obstacle, False
     if output is not None:
         print_quality(quality, output)
         if agreement is not None:

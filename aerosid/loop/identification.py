@@ -18,6 +18,7 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import KinematicConsistency, contradicting
 from aerosid.compiled.cores import begun
+from aerosid.effects import ActiveEffect
 from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
@@ -100,6 +101,59 @@ class Identification:
         return None if self.pending_opinion is None else self.pending_opinion()
 
 
+@dataclass(frozen=True)
+class PreparedFlights:
+    """Logs as the estimators take them, with the declared model that they can hold.
+
+    `aircraft`, `plain`, `declared`, `candidates`, `manoeuvres`, `validation`, `hold_out` as of `Identification`; `logs`
+    the fitted ones with the noise that the aircraft file declares; `given` the file's own effects.
+    """
+
+    aircraft: Aircraft
+    logs: tuple[FlightLog, ...]
+    plain: AerodynamicModel
+    declared: AerodynamicModel
+    candidates: tuple[Entry, ...]
+    manoeuvres: tuple[Manoeuvre, ...]
+    validation: tuple[Manoeuvre, ...]
+    hold_out: tuple[Manoeuvre, ...]
+    given: tuple[ActiveEffect, ...]
+
+
+def prepare_flights(
+    logs: Sequence[FlightLog],
+    aircraft: Aircraft,
+    validation: Sequence[FlightLog] = (),
+    hold_out: Sequence[FlightLog] = (),
+) -> PreparedFlights:
+    """Logs and aircraft file as `identify` takes them, before anything is estimated.
+
+    Raises
+    ------
+    LogError, AircraftError
+        As of `identify`.
+    """
+    aircraft, logs, unseen = at_own_loading(aircraft, logs, [*validation, *hold_out])
+    logs, unseen = (
+        [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, unseen)
+    )
+    require_computable(logs, unseen, aircraft.axes.required)
+    plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
+    manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
+    given = tuple(declared_effects(aircraft, controls_of(plain), manoeuvres))
+    return PreparedFlights(
+        aircraft,
+        tuple(logs),
+        plain,
+        with_columns_of(plain, given),
+        candidates,
+        manoeuvres,
+        predicted[: len(validation)],
+        predicted[len(validation) :],
+        given,
+    )
+
+
 def identify(
     logs: Sequence[FlightLog],
     aircraft: Aircraft,
@@ -134,23 +188,16 @@ def identify(
         Where the declared model cannot be simulated at all.
     """
     progress("preparing the logs")
-    aircraft, logs, unseen = at_own_loading(aircraft, logs, [*validation, *hold_out])
-    logs, unseen = (
-        [with_declared_noise(log, aircraft.noise, aircraft.resolution) for log in part] for part in (logs, unseen)
-    )
-    require_computable(logs, unseen, aircraft.axes.required)
-    plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
-    manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
-    others, held_out = predicted[: len(validation)], predicted[len(validation) :]
-    given = declared_effects(aircraft, controls_of(plain), manoeuvres)
-    declared = with_columns_of(plain, given)
+    ready = prepare_flights(logs, aircraft, validation, hold_out)
+    aircraft, plain, candidates, manoeuvres = ready.aircraft, ready.plain, ready.candidates, ready.manoeuvres
+    others, held_out = ready.validation, ready.hold_out
 
     progress("checking data compatibility")
-    problem = IdentificationProblem(aircraft, declared, tuple(given), candidates, manoeuvres, others)
-    problem, opposed = _with_instrument_errors(problem, logs, settings)
+    problem = IdentificationProblem(aircraft, ready.declared, ready.given, candidates, manoeuvres, others)
+    problem, opposed = _with_instrument_errors(problem, ready.logs, settings)
     if opposed is not None:
         return Identification(
-            aircraft, plain, declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
+            aircraft, plain, ready.declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
         )
 
     chain = _started_chain(plain, problem, settings)
@@ -165,7 +212,7 @@ def identify(
     return Identification(
         aircraft,
         plain,
-        declared,
+        ready.declared,
         candidates,
         manoeuvres,
         others,

@@ -30,6 +30,8 @@ from aerosid.aircraft.reading import aircraft_from_text
 from aerosid.cli.main import main
 from aerosid.errors import AircraftError
 
+SEPARATION = {"alpha_star": 0.31, "sharpness": 20.0, "delay": 0.1, "relaxation": 0.3}
+
 GOOD = """\
 # Header comment
 schema = 1
@@ -75,7 +77,11 @@ std_error = 0.01
 [[effects]]
 kind = "flow_separation"
 where = "C_Z"
-parameters = { alpha_star = { value = 0.31, std_error = 0.01, unit = "rad" } }
+[effects.parameters]
+alpha_star = { value = 0.31, std_error = 0.01, unit = "rad" }
+sharpness = { value = 20.0 }
+delay = { value = 0.1 }
+relaxation = { value = 0.3 }
 
 [candidates]
 C_m = ["alpha*delta_e", "pos(alpha - 0.2)^2", "alpha^2"]
@@ -116,7 +122,7 @@ def test_every_key_is_read(tmp_path: Path) -> None:
     }
     assert aircraft.effects == (
         DeclaredEffect("control_lag", "delta_e", 0.15, std_error=0.01),
-        DeclaredEffect("flow_separation", "C_Z", parameters={"alpha_star": 0.31}),
+        DeclaredEffect("flow_separation", "C_Z", parameters=SEPARATION),
     )
     assert aircraft.coefficients == ("C_X", "C_Z", "C_m")
 
@@ -503,6 +509,8 @@ def test_a_number_or_a_list_out_of_range_is_told_its_bound(added: str, told: str
         ("value = -5.68", "value = 5.68", "C_Z alpha"),
         ("[air]\ndensity = 0.9077\n", "", "rho or q_bar"),
         ("force = 5661.0\n", "", "thrust channel"),
+        ("[mass]", '[[effects]]\nkind = "sensor_scale"\nwhere = "alpha"\nvalue = 1000.0\n\n[mass]', "from 0.2 to 5"),
+        ("[mass]", '[[effects]]\nkind = "control_lag"\nwhere = "delta_e"\nvalue = 1e9\n\n[mass]', "close-loop refuses"),
     ],
 )
 def test_unusual_numbers_are_warned_of(old: str, new: str, told: str, tmp_path: Path) -> None:

@@ -153,6 +153,41 @@ def test_check_refuses_contradicting_channels_once(tmp_path: Path, capsys: pytes
     assert "can be used by" not in output.replace("cannot be used by", "")
 
 
+@pytest.mark.parametrize(
+    ("added", "said"),
+    [
+        ("", "The log can be used by close-loop."),
+        (
+            '[[effects]]\nkind = "sensor_scale"\nwhere = "alpha"\nvalue = 1000',
+            "has scale = 1000, expected from 0.2 to 5",
+        ),
+        (
+            '[[effects]]\nkind = "control_lag"\nwhere = "delta_a"\nvalue = 0.1',
+            "acts on delta_a, which no declared term",
+        ),
+        ('[derivatives.C_Y]\n"beta" = { value = -0.5 }', "C_Y"),
+        ('[derivatives.C_m]\n"delta_f" = { value = -0.1 }', "delta_f"),
+    ],
+)
+def test_check_promises_nothing_that_close_loop_refuses(
+    added: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = Path(__file__).parents[2]
+    log = root / "flight_data" / "light_transport_doublet.csv"
+    text = (root / "aircraft_models" / "light_transport.toml").read_text()
+    if added.startswith("[derivatives.C_m]"):
+        text = text.replace("[derivatives.C_m]", added)
+    else:
+        text += "\n" + added
+    aircraft = tmp_path / "aircraft.toml"
+    aircraft.write_text(text)
+    code = main(["check", str(log), "--aircraft", str(aircraft), "--quiet"])
+    told = capsys.readouterr()
+    assert said in told.out + told.err
+    refused = main(["close-loop", str(log), "--aircraft", str(aircraft), "--out", str(tmp_path / "out"), "--static"])
+    assert (code == 0) == (refused == 0)
+
+
 def test_check_names_an_airspeed_in_a_wrong_unit_with_its_factor(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
