@@ -20,6 +20,7 @@ from aerosid.equation_error.selection.candidates import (
     with_aircraft_limits,
 )
 from aerosid.equation_error.selection.cross_validation import validation_residuals
+from aerosid.equation_error.selection.vane_calibration import posterior_size
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -109,7 +110,8 @@ def test_a_lagging_accelerometer_is_found_in_gusts(seed: int) -> None:
     place = found.completed.design.unknowns.index(("term", ("C_Z", parse_term("alpha"))))
     slope, error = found.completed.solution.values[place], np.sqrt(found.covariance[place, place])
     assert abs(slope - SINGLE.terms["C_Z", "alpha"]) < 3.0 * error
-    calibration = EquationErrorSettings().vane_scale  # at most, before the kinematics
+    settings = EquationErrorSettings()
+    calibration = posterior_size(0.0, np.inf, settings.vane_scale, *settings.uncalibrated_vane)  # before the kinematics
     assert error < np.hypot(0.02, calibration) * abs(slope)
 
 

@@ -17,7 +17,7 @@ from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.equation_error.selection.vane_calibration import uncertain_scales
+from aerosid.equation_error.selection.vane_calibration import posterior_size, uncertain_scales
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.equation_error_notes import note_on_vane_scale
 from aerosid.loop.settings import LoopSettings
@@ -59,16 +59,40 @@ def test_the_posterior_is_that_of_the_prior_and_the_kinematics(
     found = estimate(base.problem, with_hypothesis(base.point, hypothesis), base.solution.weights)
     _, value, error = last_parameter(found, hypothesis)
 
-    def density(size: float) -> float:
-        return float(norm.pdf(size, value - 1.0, error) * norm.pdf(size, 0.0, base.problem.settings.vane_scale))
-
-    total, square, mean = (
-        quad(lambda size, p=power: size**p * density(size), -0.3, 0.3, points=[0.0], limit=200)[0]
-        for power in (0, 2, 1)
-    )
+    settings = base.problem.settings
+    expected = integrated(value - 1.0, error, settings.vane_scale, *settings.uncalibrated_vane)
     (shown,) = scale.held
-    assert_allclose(abs(shown - 1.0), np.sqrt(square / total), rtol=0.05)
-    assert (shown > 1.0) == (mean > 0.0)
+    assert_allclose(abs(shown - 1.0), expected, rtol=0.05)
+    assert (shown > 1.0) == (value > 1.0)
+
+
+def integrated(found: float, error: float, calibrated: float, probability: float, uncalibrated: float) -> float:
+    """Root mean square of the posterior of a scale factor error, by quadrature."""
+
+    def density(size: float) -> float:
+        prior = (1.0 - probability) * norm.pdf(size, 0.0, calibrated) + probability * norm.pdf(size, 0.0, uncalibrated)
+        return float(norm.pdf(size, found, error) * prior)
+
+    total, square = (
+        quad(lambda size, p=power: size**p * density(size), -1.0, 1.0, points=[0.0, found], limit=400)[0]
+        for power in (0, 2)
+    )
+    return float(np.sqrt(square / total))
+
+
+@pytest.mark.parametrize("found", [0.0, 0.03, -0.106, 0.2])
+@pytest.mark.parametrize("error", [0.005, 0.03, 0.08])
+def test_the_size_is_that_of_the_posterior_by_quadrature(found: float, error: float) -> None:
+    assert_allclose(posterior_size(found, error, 0.02, 0.1, 0.1), integrated(found, error, 0.02, 0.1, 0.1), rtol=1e-6)
+
+
+def test_without_kinematics_the_prior_is_left_and_a_contradiction_is_believed() -> None:
+    """A calibrated vane that kinematics put .1 +- .03 off is probably none; a normal prior would leave it .035 off."""
+    prior = np.sqrt(0.9 * 0.02**2 + 0.1 * 0.1**2)
+    assert_allclose(posterior_size(0.0, np.inf, 0.02, 0.1, 0.1), prior)
+    assert_allclose(posterior_size(0.3, 1e6, 0.02, 0.1, 0.1), prior, rtol=1e-6)
+    assert posterior_size(0.1, 0.03, 0.02, 0.0, 0.1) < 0.036
+    assert posterior_size(0.1, 0.03, 0.02, 0.1, 0.1) > 0.06
 
 
 def test_a_vane_whose_scale_was_identified_is_not_uncertain() -> None:
