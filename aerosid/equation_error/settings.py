@@ -152,6 +152,9 @@ class EquationErrorSettings:
         the effect too: more than half is something else.
     clearly : float
         Gain in penalised ln L from which another hypothesis replaces a selected one. Chosen.
+    contradiction : float
+        Reduction of ln L by disagreement with declared values from which the search is repeated with these as a-priori
+        information. Chosen: a structure with it is less probable by four orders of magnitude.
     nearly : float
         First-order gain in ln L less the penalty, from which a hypothesis is estimated. Chosen.
     vane_scale : float
@@ -276,6 +279,7 @@ class EquationErrorSettings:
     fitted: int = 3
     most: int = 12
     clearly: float = 1.0
+    contradiction: float = 10.0
     nearly: float = -4.0
     vane_scale: float = 0.02
     uncalibrated_vane: tuple[float, float] = (0.1, 0.1)

@@ -88,6 +88,33 @@ def test_the_estimates_are_those_of_the_records_alone() -> None:
     assert_allclose(alone.log_likelihood - beside.log_likelihood, lost)
 
 
+def test_informed_estimates_are_those_of_rows_added_to_the_regression() -> None:
+    body = BODIES[0]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    logs = [flown(name, body, SEEDS + n, air=0.5) for n, name in enumerate(("one", "two"))]
+    errors = identified(aircraft, logs[:1], logs[1:])
+    found = errors.selected.estimate
+    key = ("C_m", parse_term("alpha"))
+    value, deviation = 1.2 * body.terms["C_m", "alpha"], 0.02 * abs(body.terms["C_m", "alpha"])
+    known = DeclaredValues({key: (value, deviation)}, 2.0, 0.35, inform=True)
+    problem = RegressionProblem(found.problem.recordings, COEFFICIENT, found.problem.settings, True, known)
+    informed = estimate(problem, replace(errors.start, effects=()))
+    solution, design = informed.solution, informed.design
+    place = design.unknowns.index(("term", key))
+    rows = np.vstack([solution.slopes, np.diag(design.precisions), np.eye(len(design.unknowns))[[place]] / deviation])
+    target = np.concatenate([solution.whitened + solution.slopes @ solution.values, 0.0 * design.precisions])
+    expected = np.linalg.lstsq(rows, np.append(target, value / deviation), rcond=None)[0]
+    error = np.sqrt(np.diag(solution.covariance))
+    assert_allclose((solution.values - expected) / error, 0.0, atol=1e-5)
+    declared = known.among(design.unknowns)
+    assert declared is not None
+    lost = declared.disagreement(solution.values, solution.covariance)
+    assert_allclose(lost, 0.5 * ((solution.values[place] - value) / deviation) ** 2)
+    alone = estimate(replace(problem, declared=None), informed.point).solution
+    ends = sorted((alone.values[place], value))
+    assert ends[0] < solution.values[place] < ends[1]
+
+
 @pytest.mark.parametrize("n", range(4))
 def test_a_file_too_sure_of_wrong_values_names_nothing(n: int) -> None:
     """Every derivative 8 % off at random (as flown), and declared to one or two per cent: nothing is missing."""

@@ -21,6 +21,7 @@ SEEDS = {
     "a moment and a lift step in the ratio of an arm": (172, 36),
     "a moment step whose instant the steps of the forces know": (177, 37),
     "a thrust step at constant airspeed": (172, 28),
+    "a surface that hardly moves and a stabiliser that does": (194, 23),
 }
 """Seed and flight of benchmarks/field_detection.py."""
 
@@ -100,3 +101,18 @@ def test_a_thrust_step_and_a_step_of_the_axial_force_are_alternatives(tmp_path: 
     assert other.worse_by < other.margin
     for row in (step, other):
         assert row.time == pytest.approx(10.61, abs=0.2)
+
+
+def test_a_surface_that_hardly_moves_does_not_hide_the_stabiliser_that_does(tmp_path: Path) -> None:
+    """Without both the derivatives of C_m are nearly zero, and so is what an effect would change in proportion to them.
+
+    The recorder smoothed the elevator, which the surface followed before: a small dead band and a delay are found too.
+    """
+    found = flight(tmp_path, "a surface that hardly moves and a stabiliser that does")
+    assert abs(found.before.point.model.value(elevator_moment(found))) < 0.2  # -1.2 flown, -1.17 declared
+    rate, _ = values_of(found)["control_rate_limit", "delta_e"]
+    assert 0.018 < rate < 0.026  # 0.024 rad/s flown; the record's own 0.46
+    (stabiliser,) = [row for row in found.findings if row.hypothesis.entries]
+    assert str(stabiliser.hypothesis.entries[0][1]) == "delta_h"
+    assert abs(stabiliser.value + 0.605) < 3.0 * stabiliser.std_error
+    assert abs(found.completed.point.model.value(elevator_moment(found)) + 1.2) < 0.2

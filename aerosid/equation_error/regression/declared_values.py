@@ -41,11 +41,15 @@ class DeclaredValues:
         Distance, standard deviations, beyond which a disagreement counts linearly.
     misjudged : float
         Standard deviation of the logarithm of their common factor.
+    inform : bool
+        Whether they inform the estimates too, as normally distributed a-priori values: in a search that starts from
+        them, never in one that reports.
     """
 
     values: Mapping[Entry, tuple[float, float]]
     tail: float
     misjudged: float
+    inform: bool = False
 
     def among(self, unknowns: Sequence[Unknown]) -> DeclaredUnknowns | None:
         """Those among the unknowns of a regression; None without any."""
@@ -57,14 +61,16 @@ class DeclaredValues:
         if not rows:
             return None
         places, values, deviations = zip(*rows, strict=True)
-        return DeclaredUnknowns(np.array(places), np.array(values), np.array(deviations), self.tail, self.misjudged)
+        return DeclaredUnknowns(
+            np.array(places), np.array(values), np.array(deviations), self.tail, self.misjudged, self.inform
+        )
 
 
 @dataclass(frozen=True)
 class DeclaredUnknowns:
     """The unknowns of a regression that have an a-priori value.
 
-    `places` (D,) among the unknowns, a-priori `values` (D,) and `deviations` (D,), `tail` and `misjudged` as above.
+    `places` (D,) among the unknowns, a-priori `values` (D,) and `deviations` (D,); the others as above.
     """
 
     places: NDArray[np.int64]
@@ -72,12 +78,20 @@ class DeclaredUnknowns:
     deviations: Array
     tail: float
     misjudged: float
+    inform: bool = False
+
+    @property
+    def precisions(self) -> Array:
+        """Information (D,) that they contribute to the estimates: none where they do not inform them."""
+        return 1.0 / self.deviations**2 if self.inform else np.zeros_like(self.deviations)
 
     def disagreement(self, estimates: Array, covariance: Array) -> float:
         """Reduction of ln L by the disagreement of estimates (P,), of covariance (P, P), with the a-priori values.
 
         An unknown that the records do not determine agrees.
         """
+        if self.inform:
+            return 0.5 * float(np.sum(((estimates[self.places] - self.values) / self.deviations) ** 2))
         variance = covariance[self.places, self.places]
         shown = variance > 0.0
         widened = np.sqrt(np.outer(FACTORS, self.deviations[shown]) ** 2 + variance[shown])

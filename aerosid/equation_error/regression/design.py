@@ -264,11 +264,15 @@ def solve(design: Design, weights: Weights) -> Solution:
     white = whiten(design, np.column_stack([design.target, design.columns]), weights)
     bases = whitened_instruments(design, weights)
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
-    gram = x.T @ x + np.diag(design.precisions**2)
+    gram, information = x.T @ x + np.diag(design.precisions**2), x.T @ y
+    if design.declared is not None and design.declared.inform:
+        places, precisions = design.declared.places, design.declared.precisions
+        gram[places, places] += precisions
+        information[places] += precisions * design.declared.values
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     scales = np.outer(scale, scale)
     covariance = _inverse(gram / scales) / scales
-    values = covariance @ (x.T @ y)
+    values = covariance @ information
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
     penalty = 0.5 * float(np.sum((design.precisions * values) ** 2))

@@ -190,7 +190,7 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
     """
     problem = initial.estimate.problem
     if initial.chosen:
-        found, order, lead = _continued(search, initial), _Order.EITHER, float("inf")
+        found, order, lead = continued(search, initial), _Order.EITHER, float("inf")
     else:
         (found, order), lead = _stepwise(search, initial), 0.0
     for _ in range(problem.settings.rounds):
@@ -199,12 +199,12 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
             break
         current = SelectedStructure(shifted, found.chosen)
         if lead > problem.settings.clearly:
-            found = _continued(search, current)
+            found = continued(search, current)
             continue
         # The longer one here: it has both cores as soon as the other is done.
         restarted, found = search.in_parallel(
             functools.partial(_restarted, initial=initial, shifted=current, order=order),
-            functools.partial(_continued, found=current),
+            functools.partial(continued, found=current),
             [problem],
         )
         continued_value, restarted_value = search.penalised_likelihood(found), search.penalised_likelihood(restarted)
@@ -249,7 +249,7 @@ def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructu
     return separated if is_likelier and not search.worsens_prediction(found.estimate, separated.estimate) else None
 
 
-def _continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
+def continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
     """Forward selection and replacement continued from a structure with additional level shifts."""
     continued = search.forward(found, search.hypotheses, found.estimate.problem.settings.most)
     return search.with_replacements(continued, search.hypotheses)

@@ -11,6 +11,7 @@ from aerosid.equation_error.selection.backward_elimination import (
     on_identification_records,
 )
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch, select_with_level_shifts
+from aerosid.equation_error.selection.declared_start import likelier_from_declared_values
 from aerosid.equation_error.selection.penalties import Label
 from aerosid.equation_error.selection.prior_odds import likelihood_losses, with_raised_odds
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
@@ -26,7 +27,7 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
     refuted: Labels = ()
     eliminated: Labels = ()
     most = initial.estimate.problem.settings.most
-    found = select_with_level_shifts(search, initial)
+    found = likelier_from_declared_values(search, initial, select_with_level_shifts(search, initial))
     best: SelectedStructure | None = None
     visited: set[frozenset[Label]] = set()
     last = initial.estimate.problem.settings.rounds
