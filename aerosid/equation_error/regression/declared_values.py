@@ -9,6 +9,9 @@ L by Huber's function of its distance in standard deviations of both values, qua
 A-priori standard deviations are judgements, and may all be too small by one factor. It has a log-normal prior and takes
 its likeliest value in each structure (hierarchical model; Gelman et al., Bayesian Data Analysis, section 5.4), so that
 a file that is wrong throughout prefers no structure to another.
+
+A search that starts from the declared values takes them as normal a-priori information (`inform`); its outcome is
+estimated without them.
 """
 
 from __future__ import annotations
@@ -82,8 +85,8 @@ class DeclaredUnknowns:
 
     @property
     def precisions(self) -> Array:
-        """Information (D,) that they contribute to the estimates: none where they do not inform them."""
-        return 1.0 / self.deviations**2 if self.inform else np.zeros_like(self.deviations)
+        """Information (D,) that they contribute to estimates which they inform."""
+        return 1.0 / self.deviations**2
 
     def disagreement(self, estimates: Array, covariance: Array) -> float:
         """Reduction of ln L by the disagreement of estimates (P,), of covariance (P, P), with the a-priori values.

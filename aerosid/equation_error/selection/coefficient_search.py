@@ -250,9 +250,9 @@ def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructu
 
 
 def continued(search: CoefficientSearch, found: SelectedStructure) -> SelectedStructure:
-    """Forward selection and replacement continued from a structure with additional level shifts."""
-    continued = search.forward(found, search.hypotheses, found.estimate.problem.settings.most)
-    return search.with_replacements(continued, search.hypotheses)
+    """Forward selection and replacement continued from a structure."""
+    grown = search.forward(found, search.hypotheses, found.estimate.problem.settings.most)
+    return search.with_replacements(grown, search.hypotheses)
 
 
 def _restarted(
