@@ -18,7 +18,6 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.aircraft.loading import at_own_loading
 from aerosid.compatibility import KinematicConsistency, contradicting
 from aerosid.compiled.cores import begun
-from aerosid.effects import ActiveEffect
 from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
@@ -105,19 +104,22 @@ class Identification:
 class PreparedFlights:
     """Logs as the estimators take them, with the declared model that they can hold.
 
-    `aircraft`, `plain`, `declared`, `candidates`, `manoeuvres`, `validation`, `hold_out` as of `Identification`; `logs`
-    the fitted ones with the noise that the aircraft file declares; `given` the file's own effects.
+    Attributes
+    ----------
+    problem : IdentificationProblem
+        Before the data compatibility check; its aircraft at the loading that was flown.
+    logs : tuple of FlightLog
+        The fitted ones, with the noise that the aircraft file declares.
+    plain : AerodynamicModel
+        As of `Identification`.
+    hold_out : tuple of Manoeuvre
+        Further logs, used in no decision.
     """
 
-    aircraft: Aircraft
+    problem: IdentificationProblem
     logs: tuple[FlightLog, ...]
     plain: AerodynamicModel
-    declared: AerodynamicModel
-    candidates: tuple[Entry, ...]
-    manoeuvres: tuple[Manoeuvre, ...]
-    validation: tuple[Manoeuvre, ...]
     hold_out: tuple[Manoeuvre, ...]
-    given: tuple[ActiveEffect, ...]
 
 
 def prepare_flights(
@@ -141,17 +143,9 @@ def prepare_flights(
     plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
     manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
     given = tuple(declared_effects(aircraft, controls_of(plain), manoeuvres))
-    return PreparedFlights(
-        aircraft,
-        tuple(logs),
-        plain,
-        with_columns_of(plain, given),
-        candidates,
-        manoeuvres,
-        predicted[: len(validation)],
-        predicted[len(validation) :],
-        given,
-    )
+    others, held_out = predicted[: len(validation)], predicted[len(validation) :]
+    problem = IdentificationProblem(aircraft, with_columns_of(plain, given), given, candidates, manoeuvres, others)
+    return PreparedFlights(problem, tuple(logs), plain, held_out)
 
 
 def identify(
@@ -189,18 +183,16 @@ def identify(
     """
     progress("preparing the logs")
     ready = prepare_flights(logs, aircraft, validation, hold_out)
-    aircraft, plain, candidates, manoeuvres = ready.aircraft, ready.plain, ready.candidates, ready.manoeuvres
-    others, held_out = ready.validation, ready.hold_out
 
     progress("checking data compatibility")
-    problem = IdentificationProblem(aircraft, ready.declared, ready.given, candidates, manoeuvres, others)
-    problem, opposed = _with_instrument_errors(problem, ready.logs, settings)
+    problem, opposed = _with_instrument_errors(ready.problem, ready.logs, settings)
+    known = (
+        problem.aircraft, ready.plain, problem.declared, problem.candidates, problem.manoeuvres, problem.others,
+    )  # fmt: skip
     if opposed is not None:
-        return Identification(
-            aircraft, plain, ready.declared, candidates, manoeuvres, others, opposed, None, hold_out=held_out
-        )
+        return Identification(*known, opposed, None, hold_out=ready.hold_out)
 
-    chain = _started_chain(plain, problem, settings)
+    chain = _started_chain(ready.plain, problem, settings)
     result = run_method(problem, settings, progress)
     second = None
     cross_checked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
@@ -210,25 +202,20 @@ def identify(
         importlib.import_module("scipy.optimize")  # each of the copies made from now on would import it for itself
         second = begun(lambda: second_opinion(problem, result, settings))
     return Identification(
-        aircraft,
-        plain,
-        ready.declared,
-        candidates,
-        manoeuvres,
-        others,
+        *known,
         result.agreement,
         result.found,
         result.rivals,
         (
-            *_note_on_axes(aircraft, settings, result),
-            *note_on_unmeasured_sideslip(aircraft, result.found.completed.model, manoeuvres),
+            *_note_on_axes(problem.aircraft, settings, result),
+            *note_on_unmeasured_sideslip(problem.aircraft, result.found.completed.model, problem.manoeuvres),
             *result.notes,
             *((NO_CROSS_CHECK,) if cross_checked and result.method == "equations" else ()),
         ),
         second,
         result.method,
         result.search,
-        held_out,
+        ready.hold_out,
         chain,
     )
 

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.declared_values import FACTORS, DeclaredUnknowns, DeclaredValues
 from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, NOTHING, aircraft_of, flown
 
@@ -66,17 +68,20 @@ def test_a_file_that_is_wrong_throughout_prefers_little() -> None:
     assert alone > 8.0
 
 
-def test_the_estimates_are_those_of_the_records_alone() -> None:
+def coefficients_of_two_flights() -> tuple[RegressionProblem, Point, Entry, float]:
+    """The coefficient equations and the declared structure, one of its derivatives and that as flown."""
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
     logs = [flown(name, body, SEEDS + n, air=0.5) for n, name in enumerate(("one", "two"))]
     errors = identified(aircraft, logs[:1], logs[1:])
     found = errors.selected.estimate
-    plain = RegressionProblem(found.problem.recordings, COEFFICIENT, found.problem.settings, all_fitted=True)
-    key = ("C_m", parse_term("alpha"))
-    truth = body.terms["C_m", "alpha"]
+    problem = RegressionProblem(found.problem.recordings, COEFFICIENT, found.problem.settings, all_fitted=True)
+    return problem, replace(errors.start, effects=()), ("C_m", parse_term("alpha")), body.terms["C_m", "alpha"]
+
+
+def test_the_estimates_are_those_of_the_records_alone() -> None:
+    plain, point, key, truth = coefficients_of_two_flights()
     far = DeclaredValues({key: (3.0 * truth, 0.05 * abs(truth))}, 2.0, 0.35)
-    point = replace(errors.start, effects=())
     alone = estimate(plain, point)
     beside = estimate(replace(plain, declared=far), point)
     assert np.array_equal(alone.solution.values, beside.solution.values)
@@ -89,16 +94,10 @@ def test_the_estimates_are_those_of_the_records_alone() -> None:
 
 
 def test_informed_estimates_are_those_of_rows_added_to_the_regression() -> None:
-    body = BODIES[0]
-    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
-    logs = [flown(name, body, SEEDS + n, air=0.5) for n, name in enumerate(("one", "two"))]
-    errors = identified(aircraft, logs[:1], logs[1:])
-    found = errors.selected.estimate
-    key = ("C_m", parse_term("alpha"))
-    value, deviation = 1.2 * body.terms["C_m", "alpha"], 0.02 * abs(body.terms["C_m", "alpha"])
+    plain, point, key, truth = coefficients_of_two_flights()
+    value, deviation = 1.2 * truth, 0.02 * abs(truth)
     known = DeclaredValues({key: (value, deviation)}, 2.0, 0.35, inform=True)
-    problem = RegressionProblem(found.problem.recordings, COEFFICIENT, found.problem.settings, True, known)
-    informed = estimate(problem, replace(errors.start, effects=()))
+    informed = estimate(replace(plain, declared=known), point)
     solution, design = informed.solution, informed.design
     place = design.unknowns.index(("term", key))
     rows = np.vstack([solution.slopes, np.diag(design.precisions), np.eye(len(design.unknowns))[[place]] / deviation])
@@ -110,7 +109,7 @@ def test_informed_estimates_are_those_of_rows_added_to_the_regression() -> None:
     assert declared is not None
     lost = declared.disagreement(solution.values, solution.covariance)
     assert_allclose(lost, 0.5 * ((solution.values[place] - value) / deviation) ** 2)
-    alone = estimate(replace(problem, declared=None), informed.point).solution
+    alone = estimate(plain, informed.point).solution
     ends = sorted((alone.values[place], value))
     assert ends[0] < solution.values[place] < ends[1]
 
