@@ -52,8 +52,13 @@ class Hypothesis:
 
     @property
     def label(self) -> tuple[str, str, str]:
-        """Kind, place and term, as reported."""
-        return self.kind, self.where, self.term
+        """Kind, place and term; of a further step change in one place, which is reported without, its ordinal."""
+        return self.kind, self.where, self.term or (str(self.ordinal) if self.ordinal > 1 else "")
+
+    @property
+    def ordinal(self) -> int:
+        """Which of several step changes in one place it is; 1 of any other hypothesis."""
+        return max((active.ordinal for active in self.effects), default=1)
 
     @property
     def key(self) -> tuple[str, str, str, float | None, tuple[str, ...]]:

@@ -54,7 +54,7 @@ class InputEffect:
     is the same one at another time, s, in a record with that sampling interval, s. Where `driven_by` names another
     column, the transform takes that one's signal and its result is added. An effect acts on the result of those found
     before it, or, where it `comes_first`, on the recorded signal: in the presence of an actuator's rate limit a lag of
-    the command and one of the surface are not the same.
+    the command and one of the surface are not the same. Of several step changes in one place `ordinal` tells which.
     """
 
     kind: str
@@ -67,6 +67,7 @@ class InputEffect:
     driven_by: str = ""
     at_time: Callable[[float, float], InputEffect] | None = None
     comes_first: bool = False
+    ordinal: int = 1
 
     @property
     def where_acts(self) -> str:
@@ -221,11 +222,16 @@ class ActiveEffect:
         return self.effect.kind, self.effect.where
 
     @property
+    def ordinal(self) -> int:
+        """Which of several step changes in one place it is; 1 of any other effect."""
+        return self.effect.ordinal if isinstance(self.effect, InputEffect) else 1
+
+    @property
     def identity(self) -> tuple[object, ...]:
         """What tells the effect with its values from others, also after it was sent between processes."""
         effect = self.effect
         order, axes = getattr(effect, "comes_first", False), getattr(effect, "axes", "")
-        return *self.name, self.log, axes, order, self.values, self.held
+        return *self.name, self.ordinal, self.log, axes, order, self.values, self.held
 
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:

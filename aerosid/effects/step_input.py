@@ -88,4 +88,5 @@ def at_instant(active: ActiveEffect, time: float, log: str, interval: float) -> 
     """The same step change at another instant, on the log of that name; the instant is one of its parameters."""
     assert isinstance(active.effect, InputEffect)
     assert active.effect.at_time is not None
-    return ActiveEffect(active.effect.at_time(time, interval), (active.numbers[0], time), log)
+    moved = replace(active.effect.at_time(time, interval), ordinal=active.ordinal)
+    return ActiveEffect(moved, (active.numbers[0], time), log)

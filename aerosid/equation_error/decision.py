@@ -41,6 +41,7 @@ from aerosid.equation_error.selection.joint_time_delays import (
     JointDelays,
     delay_discrepancies,
 )
+from aerosid.equation_error.selection.level_shifts import shifts_by_record
 from aerosid.equation_error.selection.model_averaging import OmittedEffects, averaged_covariance
 from aerosid.equation_error.selection.near_significant import (
     NearSignificant,
@@ -102,6 +103,8 @@ class EquationErrorDecision:
         Effects that would be significant as single hypotheses: of kinematics, then of coefficients.
     uncertain_scales : tuple of ActiveEffect
         Scale factors of vanes that the standard errors contain, at their posterior root-mean-square size.
+    level_shifts : mapping of str to tuple of ActiveEffect
+        Step changes of validation records, by the name of each record.
     """
 
     findings: tuple[EffectEstimate, ...]
@@ -121,6 +124,7 @@ class EquationErrorDecision:
     joint_evidence: Mapping[Label, KinematicEvidence] = field(default_factory=dict)
     near_significant: tuple[NearSignificant, ...] = ()
     uncertain_scales: tuple[ActiveEffect, ...] = ()
+    level_shifts: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict)
 
 
 def decide(
@@ -190,6 +194,7 @@ def decide(
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
         uncertain_scales=omitted.scales,
+        level_shifts=shifts_by_record(structure.estimate),
     )
 
 

@@ -6,7 +6,7 @@ input matrix, and is accounted for. The likelihood itself is in `aerosid.estimat
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -47,6 +47,9 @@ class Refinement:
         Whether the last step was within the tolerance.
     held_to_data : float
         Factor on the inputs' noise where the model diverges in open loop and was fitted in the filter form; else 0.
+    seen_on_others : mapping of str to tuple of ActiveEffect
+        Step changes that the coefficients show on logs beside the effects, by name of each log where they were looked
+        for.
     placed : dict
         Effects as they act on logs that were not fitted, stored at first use: by name, start and samples.
     """
@@ -60,6 +63,7 @@ class Refinement:
     information: NDArray[np.float64]
     converged: bool
     held_to_data: float = 0.0
+    seen_on_others: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict, repr=False, compare=False)
     placed: dict[tuple[str, float, int], tuple[ActiveEffect, ...]] = field(
         init=False, default_factory=dict, repr=False, compare=False
     )

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import KINDS, ActiveEffect, StateEffect, frozen
-from aerosid.effects.step_input import at_instant, instant_of, is_step_change
+from aerosid.effects.step_input import is_step_change
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError, acting_flight, acting_model, recorded
 from aerosid.estimation.fit_settings import RefinementSettings
-from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.motion_loop import self_consistent
+from aerosid.estimation.unseen_step_changes import fitted_step_changes, instants_of, matched_step_changes
 from aerosid.flight_model.aerodynamics import CONSTANT, AerodynamicModel
 from aerosid.flight_model.flight import Flight, simulate_outputs
 
@@ -142,10 +142,12 @@ def _out_of_range_response(model: AerodynamicModel, flight: Flight) -> tuple[NDA
 def on_log(completed: Refinement, manoeuvre: Manoeuvre, fuller: Refinement | None = None) -> tuple[ActiveEffect, ...]:
     """The completed model's effects as they act on a log that may not have been fitted.
 
-    All effects act as estimated except a step change, which no channel shows: on a log where none was found its instant
-    is estimated on that log, with its size held, or it is left out, like the initial state.
+    All effects act as estimated except step changes, which no channel shows: on a log where none was found the instant
+    of each event is estimated on that log, with its size held, or it is left out, like the initial state.
 
-    `fuller`: a model with an effect more that was simulated on that log. The instant is estimated from its own, and
+    Where the coefficient equations looked for step changes of that log, theirs are the instants.
+
+    `fuller`: a model with an effect more that was simulated on that log. The instants are estimated from its own, and
     what it leaves out is left out.
     """
     own = tuple(active for active in completed.effects if active.acts_on(manoeuvre.name))
@@ -155,83 +157,14 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre, fuller: Refinement | Non
     time = manoeuvre.flight.time
     log = manoeuvre.name, float(time[0]), int(time.size)
     if log not in completed.placed:
-        near = None if fuller is None else fuller.placed.get(log)
-        grid = _instants_of(near, manoeuvre) if near is not None else _instants_anywhere(step_changes, time)
-        completed.placed[log] = _with_fitted_instants(completed, manoeuvre, own, step_changes, grid)
+        theirs = None if fuller is None else fuller.placed.get(log)
+        near = None if theirs is None else instants_of(theirs, manoeuvre)
+        seen = completed.seen_on_others.get(manoeuvre.name)
+        if seen is not None:
+            matched, step_changes, near = matched_step_changes(step_changes, seen, manoeuvre)
+            own = (*own, *matched)
+        if step_changes:
+            state = respond(completed.model, manoeuvre, completed.variance, effects=own).states[0]
+            own = (*own, *fitted_step_changes(completed, manoeuvre, own, step_changes, state, near))
+        completed.placed[log] = own
     return completed.placed[log]
-
-
-def _instants_of(placed: Sequence[ActiveEffect], manoeuvre: Manoeuvre) -> list[float]:
-    """Instants of a log's own step changes, s from its start."""
-    own = {instant_of(active) for active in placed if is_step_change(active) and active.log == manoeuvre.name}
-    return [at - float(manoeuvre.flight.time[0]) for at in sorted(own)]
-
-
-def _instants_anywhere(step_changes: Sequence[ActiveEffect], time: NDArray[np.float64]) -> list[float]:
-    """Instants on a whole log, s from its start: those of the step changes on their own logs, and a grid."""
-    shifts = [instant_of(active) - time[0] for active in step_changes]
-    span = float(np.ptp(time))
-    return [*np.clip(shifts, 0.0, span).tolist(), *(span * np.linspace(0.05, 0.95, 19)).tolist()]
-
-
-def _with_fitted_instants(
-    completed: Refinement,
-    manoeuvre: Manoeuvre,
-    own: tuple[ActiveEffect, ...],
-    step_changes: Sequence[ActiveEffect],
-    grid: Sequence[float],
-) -> tuple[ActiveEffect, ...]:
-    """The effects of a log with step changes at the instant of best fit, or without them.
-
-    `grid`: instants from its start, s, from which that is looked for; without any there are no step changes.
-    """
-    if not grid:
-        return own
-    time = manoeuvre.flight.time
-    span = float(np.ptp(time))
-    likelihood = Likelihood(completed.model, (manoeuvre,), (), filtering=False)
-    state = respond(completed.model, manoeuvre, completed.variance, effects=own).states[0]
-    state = state if np.isfinite(state).all() else manoeuvre.first_state
-
-    def misfit(start: float | None) -> float:
-        at = (
-            ()
-            if start is None
-            else tuple(at_instant(a, time[0] + start, manoeuvre.name, interval) for a in step_changes)
-        )
-        # Neighbouring instants hardly change the initial state: each step starts from the last one.
-        nonlocal state
-        cost, state = _from_likeliest_state(likelihood, (*own, *at), completed.variance, state)
-        return cost
-
-    interval = manoeuvre.interval
-    best = min((None, *grid), key=misfit)
-    if best is None:
-        return own
-    for reach in (span / 20.0, span / 200.0):
-        best = min((best + reach * np.linspace(-1.0, 1.0, 9)).tolist(), key=misfit)
-    return (*own, *(at_instant(active, time[0] + best, manoeuvre.name, interval) for active in step_changes))
-
-
-def _from_likeliest_state(
-    likelihood: Likelihood,
-    effects: Sequence[ActiveEffect],
-    variance: NDArray[np.float64],
-    state: NDArray[np.float64],
-) -> tuple[float, NDArray[np.float64]]:
-    """Sum of squared normalised errors of a flight from its maximum-likelihood initial state, and that state (n,).
-
-    One Gauss-Newton step from a `state` near it, as the response is nearly linear in the initial state. Infinite where
-    the simulation from there leaves its range.
-    """
-    point = likelihood.evaluate(likelihood.model.values, [state], [frozen(active) for active in effects], variance)
-    if point is None:
-        return np.inf, state
-    moved = likelihood.active(())
-    pull = point.gradients.sum(axis=0)
-    scale = np.sqrt(np.diag(point.information))
-    moved &= scale > 0.0
-    scaled = point.information[np.ix_(moved, moved)] / np.outer(scale[moved], scale[moved])
-    step = np.zeros_like(state)
-    step[moved] = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) @ (pull[moved] / scale[moved]) / scale[moved]
-    return point.cost - float(pull @ step), state + step

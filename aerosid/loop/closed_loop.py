@@ -27,7 +27,7 @@ from aerosid.loop.insignificant_derivatives import Completion, fix_insignificant
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.model_validation.leave_one_out import prediction_gains
-from aerosid.loop.model_validation.open_loop_errors import compare
+from aerosid.loop.model_validation.open_loop_errors import compare, notes_on_step_changes
 from aerosid.loop.model_validation.predictions import PredictionRow, prediction_rows
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.next_flight.planned_flight import NextFlight
@@ -304,6 +304,7 @@ def _notes(
         *note_on_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others], found.findings),
         *note_on_suggested(found.suggested),
         *notes_on_coloured_noise(coloured_noise(found.completed, identified.manoeuvres)),
+        *notes_on_step_changes(found, (*others, *identified.hold_out)),
         *note_on_failed_re_estimation(judged.completion),
         *unlinearised,
         *notes_on_insignificant_derivatives(rows),

@@ -7,7 +7,7 @@ fitted to them are wrong by several standard deviations.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -69,7 +69,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     findings.extend(_gust(seen) for seen in decision.turbulence)
     return Attribution(
         declared,
-        simulated.refinement,
+        replace(simulated.refinement, seen_on_others=decision.level_shifts),
         simulated.uncertainty,
         tuple(findings),
         tuple(_alternative(row, decision.hypothesis_count) for row in decision.alternatives),
@@ -97,7 +97,7 @@ def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuv
     point = Point(start.model, start.free, effects)
     found = maximise_likelihood(completed.problem, point).point
     held = tuple(map(frozen, found.effects))
-    return with_initial_states(found.model, (), held, manoeuvres)
+    return replace(with_initial_states(found.model, (), held, manoeuvres), seen_on_others=decision.level_shifts)
 
 
 def _simulated(effects: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
@@ -193,7 +193,7 @@ def _deviations(found: Estimate, covariance: Array, refinement: Refinement) -> D
 
 def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _SimulatedEstimate) -> Finding:
     """A finding with the values of the final estimate."""
-    kind, where, term = row.hypothesis.label
+    kind, where, term = row.hypothesis.kind, row.hypothesis.where, row.hypothesis.term
     entry: Entry | None = row.hypothesis.entries[0] if row.hypothesis.entries else None
     values: tuple[float, ...] = (row.value,)
     errors, ratio = row.std_errors, row.ratio
@@ -246,7 +246,7 @@ def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[t
 def _alternative(row: Alternative, tested: int) -> Finding:
     """An alternative as a finding."""
     hypothesis: Hypothesis = row.hypothesis
-    kind, where, term = hypothesis.label
+    kind, where, term = hypothesis.kind, hypothesis.where, hypothesis.term
     return Finding(
         kind=kind,
         where=where,

@@ -115,3 +115,4 @@ def test_a_gain_equal_to_the_penalty_has_even_odds() -> None:
     assert probability_of(0.0) == 0.5
     assert probability_of(-np.log(3.0)) == pytest.approx(0.25)
     assert probability_of(-30.0) < 1e-12
+    assert (probability_of(-2000.0), probability_of(2000.0)) == (0.0, 1.0)  # of a hopeless effect, without a warning

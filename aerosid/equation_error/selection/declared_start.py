@@ -3,12 +3,13 @@
 Free derivatives can hide what is missing: with a surface that hardly moves and a stabiliser that does, neither is
 significant while the derivatives, fitted without both, are nearly zero, and nothing is in proportion to them. With the
 declared values as a-priori information the model keeps its motion, and what it lacks is in the residuals. The structure
-that is found so is then estimated without that information, and continued where its penalised likelihood is higher by
-as much as a disagreement for which the search is repeated.
+that is found so is then estimated without that information, and continued where its penalised likelihood is higher at
+odds of the stated false-alarm rate.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from aerosid.equation_error.regression.estimate import estimate
@@ -20,7 +21,7 @@ from aerosid.equation_error.selection.structure import SelectedStructure
 def likelier_from_declared_values(
     search: CoefficientSearch, initial: SelectedStructure, found: SelectedStructure
 ) -> SelectedStructure:
-    """The structure found from `initial` or, where that is far likelier, the one found from the declared values.
+    """The structure found from `initial` or, where significantly likelier, the one found from the declared values.
 
     Parameters
     ----------
@@ -44,5 +45,5 @@ def likelier_from_declared_values(
     free = SelectedStructure(estimate(problem, grown.estimate.point, grown.estimate.solution.weights), grown.chosen)
     before, after = search.penalised_likelihood(found), search.penalised_likelihood(free)
     search.log(f"  from re-estimated values {before:.1f}, from declared values {after:.1f}")
-    # A structure that was hidden is far likelier. Between two that are alike the shorter way decides.
-    return continued(search, free) if after > before + problem.settings.contradiction else found
+    # Between two that are alike the shorter way decides.
+    return continued(search, free) if after > before - math.log(search.criterion.false_alarm) else found

@@ -34,6 +34,15 @@ def shifts_of(found: Estimate) -> tuple[ActiveEffect, ...]:
     return tuple(active for active in found.point.effects if active.values and active.log in validation_names)
 
 
+def shifts_by_record(found: Estimate) -> dict[str, tuple[ActiveEffect, ...]]:
+    """The level shifts by the name of each record; none of identification records, whose steps are effects."""
+    shifts = shifts_of(found)
+    return {
+        recording.name: tuple(active for active in shifts if active.log == recording.name)
+        for recording in found.problem.recordings
+    }
+
+
 def with_shifts(point: Point, shifts: Sequence[ActiveEffect]) -> Point:
     """The point with additional level shifts."""
     return point.with_effects((*point.effects, *shifts)) if shifts else point

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, frozen
@@ -135,7 +136,7 @@ def averaged_covariance(
 
 def probability_of(surplus: float) -> float:
     """Posterior probability of an effect by its gain in ln L less its penalty, which includes the prior odds."""
-    return float(1.0 / (1.0 + np.exp(-surplus)))
+    return float(expit(surplus))
 
 
 def probabilities(alternatives: Sequence[Alternative]) -> list[float]:

@@ -150,8 +150,10 @@ def criterion_for(
 
 def effects_of(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
     """The effects of a hypothesis with their parameter values at a point."""
-    names = {(active.name, active.log) for active in hypothesis.effects}
-    return tuple(active for active in point.effects if active.values and (active.name, active.log) in names)
+    names = {(active.name, active.ordinal, active.log) for active in hypothesis.effects}
+    return tuple(
+        active for active in point.effects if active.values and (active.name, active.ordinal, active.log) in names
+    )
 
 
 def joint_penalty(criterion: SelectionCriterion, point: Point, hypotheses: Sequence[Hypothesis]) -> float:

@@ -18,6 +18,7 @@ from aerosid.effects.step_input import instant_of, is_step_change, rise_of
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.instrumental_variables import CONTROLS
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.design import design_of, regress
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, effect_sensitivities
@@ -34,6 +35,9 @@ EDGE = 4
 
 RISES = (1.0, 3.0)
 """Numerical: s; rise times tried in addition to an instantaneous step: those of a flap or an engine."""
+
+LEAST_APART = 1.0
+"""Numerical: s between the rises of two step changes of one coefficient; nearer ones would model the form of one."""
 
 STAR_SHARES = (0.6, 0.75, 0.9, 1.0)
 """Numerical: trial values of the onset of separation as fractions, 1, of the highest angle of attack; and one slightly
@@ -54,7 +58,8 @@ def step_change_hypotheses(
 ) -> list[Hypothesis]:
     """A step of each coefficient on each identification record, at the instant of highest score.
 
-    And at the instants of the steps that are known: a change of the configuration acts on all coefficients at once.
+    And at the instants of the steps that are known: a change of the configuration acts on all coefficients at once. One
+    coefficient may change several times (gear, then flaps), and on several records.
     `recording_name`: on that record alone, whether identification or validation.
     """
     found: list[Hypothesis] = []
@@ -71,11 +76,24 @@ def step_change_hypotheses(
                 and not any(abs(moment - instant) <= rise == of_known for instant, of_known in known)
             ]
             found.extend(
-                _at(effect, moment, recording.name, slow=rise > recording.interval)
+                _at(_as_next(effect, base.point), moment, recording.name, slow=rise > recording.interval)
                 for moment, rise in (*scored, *dict.fromkeys(known))
                 for effect in _step_changes(coefficient, recording, moment, rise)
+                if not any(_is_same_event(effect, moment, rise, each) for each in steps)
             )
     return found
+
+
+def _is_same_event(effect: InputEffect, moment: float, rise: float, known: ActiveEffect) -> bool:
+    """Whether a step change is one that is known: of the same kind and place, and no clear time from it."""
+    apart = abs(moment - instant_of(known))
+    return known.name == (effect.kind, effect.where) and apart <= rise + rise_of(known) + LEAST_APART
+
+
+def _as_next(effect: InputEffect, point: Point) -> InputEffect:
+    """A step change with the first ordinal that no other of its kind and place has."""
+    taken = {each.ordinal for each in point.effects if each.name == (effect.kind, effect.where)}
+    return replace(effect, ordinal=next(n for n in range(1, len(taken) + 2) if n not in taken))
 
 
 def _step_changes(coefficient: str, recording: Recording, moment: float, rise: float) -> list[InputEffect]:
@@ -105,10 +123,12 @@ def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficient
         return step_change_hypotheses(problem, reduced, moments) if active.effect.kind == "cg_shift" else []
     moment, rise = instant_of(active), rise_of(active)
     recording = next(each for each in problem.recordings if each.name == active.log)
+    steps = [each for each in reduced.point.effects if is_step_change(each) and each.log == active.log]
     return [
-        _at(effect, moment, active.log, slow=removed.time is not None)
+        _at(_as_next(effect, reduced.point), moment, active.log, slow=removed.time is not None)
         for coefficient in coefficients
         for effect in _step_changes(coefficient, recording, moment, rise)
+        if not any(_is_same_event(effect, moment, rise, each) for each in steps)
     ]
 
 

@@ -14,6 +14,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.penalties import effects_of
 from aerosid.equation_error.selection.structure import SelectedEffect
 
 Array = NDArray[np.float64]
@@ -105,12 +106,10 @@ def effect_estimates(
             error = float(deviations[n]) if n is not None else np.inf
             rows.append(EffectEstimate(hypothesis, None, value, error, (error,), gain, source, improves))
             continue
-        for i, active in enumerate(found.point.effects):
-            if active.values and active.name == hypothesis.effects[0].name and active.log == hypothesis.effects[0].log:
-                errors = tuple(float(deviations[index["effect", i, k]]) for k in range(len(active.values)))
-                first = active.values[0]
-                rows.append(EffectEstimate(hypothesis, active, first, errors[0], errors, gain, source, improves))
-                break
+        (active,) = effects_of(found.point, hypothesis)
+        i = next(i for i, other in enumerate(found.point.effects) if other is active)
+        errors = tuple(float(deviations[index["effect", i, k]]) for k in range(len(active.values)))
+        rows.append(EffectEstimate(hypothesis, active, active.values[0], errors[0], errors, gain, source, improves))
     return tuple(sorted(rows, key=_rank))
 
 
@@ -170,8 +169,8 @@ def least_significant_of(
 
 def unknown_indices(found: Estimate, hypothesis: Hypothesis) -> list[int]:
     """Indices of a hypothesis' parameters among the unknowns."""
-    names = {(active.name, active.log) for active in hypothesis.effects}
-    effects = {i for i, active in enumerate(found.point.effects) if (active.name, active.log) in names}
+    own = effects_of(found.point, hypothesis)
+    effects = {i for i, active in enumerate(found.point.effects) if any(active is one for one in own)}
     return [
         n
         for n, unknown in enumerate(found.design.unknowns)

@@ -9,15 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
-from aerosid.effects import KINDS
+from aerosid.effects import KINDS, ActiveEffect
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import Response, on_log, respond
+from aerosid.estimation.unseen_step_changes import Event, events_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.roles import ROLES
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow, explained_shares
 from aerosid.nomenclature import CHANNELS
+from aerosid.notation import listed
 from aerosid.search.attribution import Attribution
 
 FloatArray = NDArray[np.float64]
@@ -103,6 +106,32 @@ def compare(
         rows.extend(_error_rows(manoeuvre, role, responses, doubts))
         shares.extend(explained_shares((found.before.model, given), (found.completed.model, effects), manoeuvre))
     return simulated, rows, shares
+
+
+def notes_on_step_changes(found: Attribution, others: Sequence[Manoeuvre]) -> list[str]:
+    """A note for each log that was not fitted on which step changes act at instants taken from that log itself."""
+    notes = []
+    for manoeuvre in others:
+        steps = [active for active in on_log(found.completed, manoeuvre) if is_step_change(active)]
+        events = sorted(events_of([active for active in steps if active.log == manoeuvre.name]), key=_start)
+        if events:
+            acting = listed([f"{listed(list(map(_subject, event)))} at {_start(event):.1f} s" for event in events])
+            notes.append(
+                f"{manoeuvre.name}: the completed model is simulated with step changes of {acting}. The instants are "
+                "from this log, as no channel shows them; the sizes are those estimated on the fitted logs."
+            )
+    return notes
+
+
+def _subject(active: ActiveEffect) -> str:
+    """What a step change changes."""
+    kind, where = active.name
+    return f"the centre of gravity along {where}" if kind == "cg_shift" else where
+
+
+def _start(event: Event) -> float:
+    """Instant of an event's first step change, s."""
+    return min(instant_of(active) for active in event)
 
 
 def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> Simulated:
