@@ -25,6 +25,8 @@ class Hypothesis:
         Effects that become free, at their null values.
     time : float or None
         Of a step change, s.
+    repetition : int
+        Of a step change: known ones of the same kind and place on its record.
     """
 
     kind: str
@@ -33,6 +35,7 @@ class Hypothesis:
     entries: tuple[Entry, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     time: float | None = None
+    repetition: int = 0
 
     @cached_property
     def parameters(self) -> int:

@@ -7,13 +7,10 @@ import pytest
 from equations_decided import decided, declared
 
 from aerosid.aircraft import load_aircraft
-from aerosid.effects.step_input import instant_of, rise_of
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
-from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.level_shifts import level_shifts, shift_columns, shifts_of
 from aerosid.equation_error.selection.penalties import SelectionCriterion
-from aerosid.equation_error.selection.starting_values import step_change_hypotheses
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
@@ -24,10 +21,10 @@ MOMENT, STEP = 11.0, 0.4
 """s, m/s^2."""
 
 
-def with_step(log: FlightLog, moment: float = MOMENT) -> FlightLog:
+def with_step(log: FlightLog) -> FlightLog:
     """The log with a step of the axial acceleration, as by a sudden change of drag."""
     channels = {name: log[name].copy() for name in log.units}
-    channels["a_x"] += STEP * (log.time >= moment)
+    channels["a_x"] += STEP * (log.time >= MOMENT)
     return FlightLog(log.name, log.time, channels, dict(log.units))
 
 
@@ -71,40 +68,3 @@ def test_a_level_shift_of_a_validation_flight_masks_no_term(tmp_path: Path) -> N
     ]
     assert len(off) == 3
     assert max(off) < 3.0
-
-
-def test_a_coefficient_may_step_on_every_identification_flight() -> None:
-    """At an instant of its own; a step of thrust is hardly distinguishable from one of the axial force.
-
-    The motion is flown without the steps, so that their mean is a bias of a_x besides.
-    """
-    aircraft = aircraft_of(SINGLE, 0.08, np.random.default_rng(5310))
-    instants = {"one": 11.0, "two": 16.0, "three": 8.0}
-    logs = [
-        with_step(flown(name, SINGLE, 5310 + n, air=0.3, seconds=24.0), moment)
-        for n, (name, moment) in enumerate(instants.items())
-    ]
-    found = decided(aircraft, logs, [])
-    force = 0.5 * SINGLE.density * SINGLE.airspeed**2 * SINGLE.wing_area
-    sizes = {"step_change": STEP * SINGLE.mass / force, "thrust_change": STEP * SINGLE.mass}
-    steps = {row.active.log: row for row in found.findings if row.active and row.hypothesis.kind in sizes}
-    assert set(steps) == set(instants)
-    for log, row in steps.items():
-        assert row.active is not None
-        assert row.active.values[1] == pytest.approx(instants[log], abs=0.1)
-        assert row.value == pytest.approx(sizes[row.hypothesis.kind], rel=0.15)
-
-
-def test_a_second_step_near_the_first_is_none_of_its_own() -> None:
-    """Two near steps would model the form of one: the second is searched for where the first has ended."""
-    aircraft = aircraft_of(SINGLE, 0.08, np.random.default_rng(5320))
-    log = with_step(flown("one", SINGLE, 5320, air=0.3, seconds=24.0))
-    base = declared(aircraft, [log], [])
-    (first, *_) = [h for h in step_change_hypotheses(base.problem, base, ("C_X",)) if h.time is None]
-    with_first = estimate(base.problem, with_hypothesis(base.point, first), base.solution.weights)
-    (known,) = with_first.point.effects
-    for hypothesis in step_change_hypotheses(base.problem, with_first, ("C_X",)):
-        (active,) = hypothesis.effects
-        if active.name == known.name:
-            assert hypothesis.label == ("step_change", "C_X", "2")
-            assert abs(instant_of(active) - instant_of(known)) > rise_of(active) + rise_of(known)

@@ -101,9 +101,13 @@ class SelectionCriterion:
         return share * self.false_alarm * self.odds_factors.get(hypothesis.label, 1.0)
 
     def penalty(self, hypothesis: Hypothesis) -> float:
-        """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds."""
+        """Gain in ln L that it must exceed: Schwarz's criterion at its prior odds.
+
+        Of a further step change of one coefficient it is that of all of them: steps, given enough of them, follow any
+        slow residual.
+        """
         odds = -float(np.log(self.allowed_false_alarm(hypothesis)))
-        return odds + schwarz_penalty(hypothesis, self.samples)
+        return (1 + hypothesis.repetition) * (odds + schwarz_penalty(hypothesis, self.samples))
 
     def is_distinct(self, hypothesis: Hypothesis, own: float, gain: float, settings: EquationErrorSettings) -> bool:
         """Whether a term is identifiable, by its column's independent fraction or by an overwhelming gain in ln L."""

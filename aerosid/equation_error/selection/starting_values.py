@@ -36,9 +36,6 @@ EDGE = 4
 RISES = (1.0, 3.0)
 """Numerical: s; rise times tried in addition to an instantaneous step: those of a flap or an engine."""
 
-LEAST_APART = 1.0
-"""Numerical: s between the rises of two step changes of one coefficient; nearer ones would model the form of one."""
-
 STAR_SHARES = (0.6, 0.75, 0.9, 1.0)
 """Numerical: trial values of the onset of separation as fractions, 1, of the highest angle of attack; and one slightly
 beyond it."""
@@ -76,7 +73,7 @@ def step_change_hypotheses(
                 and not any(abs(moment - instant) <= rise == of_known for instant, of_known in known)
             ]
             found.extend(
-                _at(_as_next(effect, base.point), moment, recording.name, slow=rise > recording.interval)
+                _at(effect, moment, recording.name, base.point, slow=rise > recording.interval)
                 for moment, rise in (*scored, *dict.fromkeys(known))
                 for effect in _step_changes(coefficient, recording, moment, rise)
                 if not any(_is_same_event(effect, moment, rise, each) for each in steps)
@@ -85,15 +82,12 @@ def step_change_hypotheses(
 
 
 def _is_same_event(effect: InputEffect, moment: float, rise: float, known: ActiveEffect) -> bool:
-    """Whether a step change is one that is known: of the same kind and place, and no clear time from it."""
+    """Whether a step change is one that is known: of the same kind and place, and hardly later than a slow one lasts.
+
+    Two that follow one another faster model the form of one change, or a transient: a stall, a gust.
+    """
     apart = abs(moment - instant_of(known))
-    return known.name == (effect.kind, effect.where) and apart <= rise + rise_of(known) + LEAST_APART
-
-
-def _as_next(effect: InputEffect, point: Point) -> InputEffect:
-    """A step change with the first ordinal that no other of its kind and place has."""
-    taken = {each.ordinal for each in point.effects if each.name == (effect.kind, effect.where)}
-    return replace(effect, ordinal=next(n for n in range(1, len(taken) + 2) if n not in taken))
+    return known.name == (effect.kind, effect.where) and apart <= rise + rise_of(known) + max(RISES)
 
 
 def _step_changes(coefficient: str, recording: Recording, moment: float, rise: float) -> list[InputEffect]:
@@ -123,19 +117,27 @@ def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficient
         return step_change_hypotheses(problem, reduced, moments) if active.effect.kind == "cg_shift" else []
     moment, rise = instant_of(active), rise_of(active)
     recording = next(each for each in problem.recordings if each.name == active.log)
-    steps = [each for each in reduced.point.effects if is_step_change(each) and each.log == active.log]
+    steps = [active, *(each for each in reduced.point.effects if is_step_change(each) and each.log == active.log)]
     return [
-        _at(_as_next(effect, reduced.point), moment, active.log, slow=removed.time is not None)
+        _at(effect, moment, active.log, reduced.point, slow=removed.time is not None)
         for coefficient in coefficients
         for effect in _step_changes(coefficient, recording, moment, rise)
         if not any(_is_same_event(effect, moment, rise, each) for each in steps)
     ]
 
 
-def _at(effect: InputEffect, moment: float, log: str, *, slow: bool) -> Hypothesis:
-    """A step change as a hypothesis; the rise time of a slow one is estimated too, which `time` counts."""
-    active = ActiveEffect(effect, (effect.parameters[0].null, moment), log)
-    return Hypothesis(effect.kind, effect.where, effects=(active,), time=moment if slow else None)
+def _at(effect: InputEffect, moment: float, log: str, point: Point, *, slow: bool) -> Hypothesis:
+    """A step change as a hypothesis, with the first ordinal that no other of its kind and place has.
+
+    The rise time of a slow one is estimated too, which `time` counts.
+    """
+    name = effect.kind, effect.where
+    known = [each for each in point.effects if each.name == name and is_step_change(each)]
+    taken = {each.ordinal for each in point.effects if each.name == name}
+    numbered = replace(effect, ordinal=next(n for n in range(1, len(taken) + 2) if n not in taken))
+    active = ActiveEffect(numbered, (effect.parameters[0].null, moment), log)
+    repetition = sum(each.log == log for each in known)
+    return Hypothesis(*name, effects=(active,), time=moment if slow else None, repetition=repetition)
 
 
 def _likeliest_instant(base: Estimate, recording: Recording, index: int, equation: str, rise: float) -> float | None:
