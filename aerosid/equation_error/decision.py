@@ -172,7 +172,7 @@ def decide(
     compared = replace(fitted_estimate.problem, settings=as_measured, all_fitted=True)
     of_errors = tuple(row for row in of_errors if row.hypothesis.label not in excluded_labels)
     alternatives = (*other_delays, *_not_among(other_delays, of_errors), *of_structure)
-    derivatives = [unknown for unknown in before.design.unknowns if unknown[0] == "term"]
+    derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
     after = fits_of(compared, completed)
     listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
     omitted = _omitted(errors, identified, structure, search, listed)

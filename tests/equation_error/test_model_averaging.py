@@ -111,6 +111,24 @@ def test_the_bounds_contain_a_near_significant_effect(tmp_path: Path) -> None:
             assert abs(value - circumstances.body.terms[coefficient, str(term)]) < 3.5 * np.sqrt(variance)
 
 
+def test_the_bounds_of_the_constants_contain_a_near_significant_bias(tmp_path: Path) -> None:
+    """A vane off by -.007 rad: kinematics gain 7 in ln L of 12, and the constants were 6, 10 and 12 bounds off."""
+    circumstances, _, _ = written(tmp_path, [FIRST, 205, 12], 12)
+    logs = [[read_log(tmp_path / f"{name}.csv")] for name in ("identification", "validation")]
+    found = decided(load_aircraft(tmp_path / "aircraft.toml"), *logs)
+    assert [row.hypothesis.label for row in found.near_significant] == [("sensor_bias", "alpha", "")]
+    deviations = np.sqrt(np.diag(found.covariance))
+    off = {
+        unknown[1][0]: abs(value - circumstances.body.terms[unknown[1][0], "1"]) / deviation  # type: ignore[index]
+        for unknown, value, deviation in zip(
+            found.completed.design.unknowns, found.completed.solution.values, deviations, strict=True
+        )
+        if unknown[0] == "one"
+    }
+    assert set(off) == {"C_X", "C_Z", "C_m"}
+    assert max(off.values()) < 3.0
+
+
 def test_a_gain_equal_to_the_penalty_has_even_odds() -> None:
     assert probability_of(0.0) == 0.5
     assert probability_of(-np.log(3.0)) == pytest.approx(0.25)

@@ -94,7 +94,7 @@ def averaged_covariance(
     alternatives : sequence of Alternative
         Alternatives of the selected effects.
     declared : sequence of Unknown
-        The derivatives concerned: an effect's own parameters are those of the effect that is named.
+        The derivatives and constants concerned: an effect's own parameters are those of the effect that is named.
     omitted : OmittedEffects
         What the structure omits although it may exist.
     """
