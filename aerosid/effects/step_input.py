@@ -80,8 +80,8 @@ def instant_if_step(active: ActiveEffect | None) -> float | None:
 
 
 def rise_of(active: ActiveEffect) -> float:
-    """Time that a step change takes, s: twice the step of its instant."""
-    return 2.0 * active.effect.parameters[1].step
+    """Time that a step change takes, s: twice the step of its instant. Of one that is held it is not known: 0."""
+    return 2.0 * active.effect.parameters[1].step if active.values else 0.0
 
 
 def at_instant(active: ActiveEffect, time: float, log: str, interval: float) -> ActiveEffect:

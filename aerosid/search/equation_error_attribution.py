@@ -65,11 +65,14 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     """
     simulated = _of_equations(decision.completed, decision.covariance, manoeuvres)
     declared = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
+    declared, completed = (
+        replace(found, seen_on_others=decision.level_shifts) for found in (declared, simulated.refinement)
+    )
     findings = [_finding(row, decision, simulated) for row in decision.findings]
     findings.extend(_gust(seen) for seen in decision.turbulence)
     return Attribution(
         declared,
-        replace(simulated.refinement, seen_on_others=decision.level_shifts),
+        completed,
         simulated.uncertainty,
         tuple(findings),
         tuple(_alternative(row, decision.hypothesis_count) for row in decision.alternatives),

@@ -146,6 +146,11 @@ def test_two_steps_of_one_coefficient_are_told_apart(tmp_path: Path) -> None:
     (note,) = [note for note in result.notes if "step changes of" in note]
     assert note.startswith("validation: ")
     assert "C_m at 12.2 s and" in note
+    # Declared so, neither is found again, nor anything in its place.
+    repeated = close_loop(logs[:1], result.completed_aircraft, logs[1:])
+    assert {effect.kind for effect in repeated.effects} <= {"gust"}
+    (airspeed,) = [row for row in repeated.errors if (row.role, row.channel) == ("validation", "V")]
+    assert airspeed.before == pytest.approx(airspeed.after, rel=0.2)
 
 
 def test_a_surface_behind_a_stall_that_fits_nearly_as_well_is_found_from_declared_values(tmp_path: Path) -> None:

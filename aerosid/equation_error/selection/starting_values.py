@@ -65,7 +65,11 @@ def step_change_hypotheses(
             continue
         steps = [each for each in base.point.effects if is_step_change(each) and each.log == recording.name]
         for coefficient in coefficients:
-            known = [(instant_of(each), rise_of(each)) for each in steps if each.effect.where != coefficient]
+            known = [
+                (instant_of(each), max(rise_of(each), recording.interval))
+                for each in steps
+                if each.effect.where != coefficient
+            ]
             scored = [
                 (moment, rise)
                 for rise in (recording.interval, *RISES)
