@@ -12,7 +12,6 @@ import aerosid
 from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCompletion
 from aerosid.aircraft.completion_record import shortened
 from aerosid.effects import ActiveEffect
-from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.effects_in_flight import in_acting_order
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.insignificant_derivatives import Completion
@@ -51,7 +50,7 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
             where=finding.where,
             value=finding.value,
             time=finding.time,
-            log=_log_of(finding, completed.effects) if logs > 1 else "",
+            log=finding.log if logs > 1 else "",
             std_error=_finite(finding.std_error),
             parameters={name: value for name, value, _, _ in finding.parameters},
         )
@@ -103,12 +102,6 @@ def completion_record(
 def file_name(log: FlightLog) -> str:
     """The log's file without its folders; its name where it is from no file."""
     return Path(log.path).name if log.path else log.name
-
-
-def _log_of(finding: Finding, effects: Sequence[ActiveEffect]) -> str:
-    """The log that a sudden change belongs to; empty for what acts on all."""
-    own = (active for active in effects if active.name == (finding.kind, finding.where) and is_step_change(active))
-    return next((active.log for active in own if instant_of(active) == finding.time), "")
 
 
 def _finite(value: float) -> float | None:

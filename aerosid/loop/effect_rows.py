@@ -80,6 +80,8 @@ class Effect:
     """For an alternative: the difference below which the flights do not decide; worse ones are not listed."""
     along: str = ""
     """For a position: the body axes along which it differs."""
+    log: str = ""
+    """For a step change: the log that it belongs to, where several were fitted."""
 
 
 def _estimated(error: float) -> float | None:
@@ -87,8 +89,8 @@ def _estimated(error: float) -> float | None:
     return error if np.isfinite(error) and error > 0.0 else None
 
 
-def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
-    """The row of a finding."""
+def effect_row(rank: int, finding: Finding, evidence: Evidence, *, several: bool = False) -> Effect:
+    """The row of a finding; `several`: whether several logs were fitted."""
     return Effect(
         rank=rank,
         kind=finding.kind,
@@ -104,6 +106,7 @@ def effect_row(rank: int, finding: Finding, evidence: Evidence) -> Effect:
         worse_by=finding.worse_by,
         margin=finding.margin,
         along=finding.along,
+        log=finding.log if several else "",
     )
 
 
@@ -124,7 +127,7 @@ def effect_rows(
             confirmation=confirmed.get(term) if term is not None else None,
             unseen_better=improves_prediction(finding, gains, hold_out_gains, regressed=found.regressed),
         )
-        rows.append(effect_row(rank, finding, evidence))
+        rows.append(effect_row(rank, finding, evidence, several=_has_several_logs(found)))
     return tuple(rows)
 
 
@@ -154,6 +157,10 @@ def with_correlations(
 def alternative_rows(found: Attribution) -> tuple[Effect, ...]:
     """Effects that could replace a finding."""
     return tuple(
-        effect_row(rank, other, Evidence(None, other.p_value, None, other.gain))
+        effect_row(rank, other, Evidence(None, other.p_value, None, other.gain), several=_has_several_logs(found))
         for rank, other in enumerate(found.alternatives, start=1)
     )
+
+
+def _has_several_logs(found: Attribution) -> bool:
+    return len(found.completed.states) > 1

@@ -123,8 +123,8 @@ def result_text(result: ClosedLoop) -> str:
 
     Notes
     -----
-    `time`, `along`, `parameters`, `hold_out_gain`, `confirmation` and `unseen_better` are omitted from effects that
-    have none, `next_flight` where no question is open, `second_opinion` where none was computed, and `kinematics`
+    `time`, `along`, `log`, `parameters`, `hold_out_gain`, `confirmation` and `unseen_better` are omitted from effects
+    that have none, `next_flight` where no question is open, `second_opinion` where none was computed, and `kinematics`
     where too few channels are recorded; every other key is always present.
     """
     document = result_file(result).model_dump(by_alias=True)
@@ -143,11 +143,12 @@ def result_text(result: ClosedLoop) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-_SELDOM = ("time", "along", "parameters")
+_SELDOM = ("time", "along", "log", "parameters")
 _SELDOM_EVIDENCE = ("hold_out_gain", "confirmation", "unseen_better")
 
 
 def _effect(effect: Effect) -> Mapping[str, Any]:
     """The effect's fields, without `parameters` where it has none."""
     values = {entry.name: getattr(effect, entry.name) for entry in fields(effect)}
-    return {**values, "along": effect.along or None, "parameters": dict(effect.parameters) or None}
+    seldom = {"along": effect.along or None, "log": effect.log or None, "parameters": dict(effect.parameters) or None}
+    return {**values, **seldom}

@@ -60,7 +60,10 @@ class ParameterRow(Row):
 
 
 class EffectRow(Row):
-    """An effect missing from the declared model; `time`, `along` and `parameters` only where the kind has them."""
+    """An effect missing from the declared model; `time`, `along` and `parameters` only where the kind has them.
+
+    `log` of a step change, where several logs were fitted.
+    """
 
     rank: int
     kind: Text
@@ -71,6 +74,7 @@ class EffectRow(Row):
     unit: Text
     time: Number = None
     along: Text | None = None
+    log: Text | None = None
     parameters: dict[Text, ParameterRow] | None = None
     evidence: EvidenceRow
 

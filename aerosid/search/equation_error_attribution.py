@@ -32,7 +32,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, named
+from aerosid.search.findings import Finding, log_of_step, named
 
 Array = NDArray[np.float64]
 
@@ -223,6 +223,7 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         std_error=errors[0],
         unit=active.effect.parameters[0].unit if active is not None else "1",
         time=instant_if_step(active),
+        log=log_of_step(active),
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
@@ -259,6 +260,7 @@ def _alternative(row: Alternative, tested: int) -> Finding:
         std_error=row.std_error,
         unit=row.active.effect.parameters[0].unit if row.active is not None else "1",
         time=instant_if_step(row.active),
+        log=log_of_step(row.active),
         p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * tested)),
         gain=2.0 * row.gain,
         along=_axes(row.active),

@@ -79,6 +79,8 @@ class Finding:
         In `unit`; corrected for coloured residuals.
     time : float or None
         Of a step change, s.
+    log : str
+        Of a step change: the log that it belongs to.
     p_value : float
         Under the null hypothesis, times the number of hypotheses tested (Bonferroni).
     gain : float
@@ -114,6 +116,7 @@ class Finding:
     margin: float | None = None
     along: str = ""
     unseen_better: bool | None = None
+    log: str = ""
 
 
 def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") -> Finding:
@@ -128,11 +131,17 @@ def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") ->
         std_error=part.std_error,
         unit=part.active.effect.parameters[0].unit if part.active is not None else "1",
         time=part.time,
+        log=log_of_step(part.active),
         p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * tested)),
         gain=gain,
         instead_of=instead_of,
         parameters=part.parameters,
     )
+
+
+def log_of_step(active: ActiveEffect | None) -> str:
+    """The log that a step change belongs to; empty of any other effect, which acts on all."""
+    return active.log if active is not None and is_step_change(active) else ""
 
 
 def labels(findings: Sequence[Finding]) -> set[tuple[str, str, str]]:

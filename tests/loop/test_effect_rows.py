@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ from problems_report import closed_loop
 
 from aerosid.loop.effect_rows import Evidence, effect_row, improves_prediction
 from aerosid.loop.model_validation.leave_one_out import identity
-from aerosid.reporting.result_json import result_file
+from aerosid.reporting.result_json import result_file, result_text
 from aerosid.reporting.words import UNCONFIRMED, effect_sentence
 from aerosid.search.findings import Finding
 
@@ -36,6 +37,15 @@ def test_where_the_equations_decide_their_vote_tells_and_a_jump_is_asked_nothing
     voted = replace(TERM, unseen_better=False)
     assert improves_prediction(voted, {identity(TERM): 1.5}, {}, regressed=True) is False
     assert improves_prediction(JUMP, {identity(JUMP): 0.99}, {}, regressed=False) is None
+
+
+def test_of_several_fitted_logs_a_step_change_tells_its_own() -> None:
+    evidence, jump = Evidence(None, 1e-9, None, 40.0), replace(JUMP, log="flight 3")
+    alone, one_of_two = (effect_row(1, jump, evidence, several=several) for several in (False, True))
+    assert effect_sentence(alone) == "C_m changes in a step at 6.00 s"
+    assert effect_sentence(one_of_two) == "C_m changes in a step at 6.00 s of flight 3"
+    rows = json.loads(result_text(replace(closed_loop(), effects=(alone, one_of_two))))["effects"]
+    assert [row.get("log") for row in rows] == [None, "flight 3"]
 
 
 def test_the_mark_stands_in_result_json_where_it_was_asked() -> None:
