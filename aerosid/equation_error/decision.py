@@ -19,7 +19,7 @@ from aerosid.equation_error.regression.estimate import (
     estimate,
 )
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
-from aerosid.equation_error.regression.related_problems import weights_restricted_to
+from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import Alternative, gains_by_deletion
 from aerosid.equation_error.selection.backward_elimination import Labels, eliminate_insignificant, improves_prediction
@@ -168,8 +168,7 @@ def decide(
     # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
     excluded_labels = {*refuted, *(hypothesis.label for hypothesis in jointly)}
     before = estimate(fitted_estimate.problem, start)
-    as_measured = replace(settings, blend=settings.blend_compared, blend_aside=settings.blend_compared)
-    compared = replace(fitted_estimate.problem, settings=as_measured, all_fitted=True)
+    compared = as_compared(fitted_estimate.problem)
     of_errors = tuple(row for row in of_errors if row.hypothesis.label not in excluded_labels)
     alternatives = (*other_delays, *_not_among(other_delays, of_errors), *of_structure)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]

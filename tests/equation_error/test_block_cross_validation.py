@@ -11,7 +11,13 @@ from numpy.testing import assert_allclose
 
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.block_cross_validation import Block, block_residuals, blocks_of
-from aerosid.equation_error.selection.cross_validation import PredictionResidual, predicts_worse, unexplained_rise
+from aerosid.equation_error.selection.cross_validation import (
+    CoefficientFit,
+    PredictionResidual,
+    lowers_fit,
+    predicts_worse,
+    unexplained_rise,
+)
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SEEDS = 6_000_000
@@ -103,6 +109,28 @@ def test_prediction_improves_where_the_unexplained_fractions_fall_in_sum() -> No
     assert unexplained_rise(same, same) == 0.0
     assert unexplained_rise(same, better) == pytest.approx(-0.0075, rel=0.3)
     assert unexplained_rise(better, same) == pytest.approx(-unexplained_rise(same, better))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "lowered"),
+    [
+        ({"one": 0.02}, {"one": -3.4}, True),
+        ({"one": 0.02, "unseen": 0.15}, {"one": -3.4, "unseen": -0.2}, True),
+        ({"one": 0.02, "unseen": 0.15}, {"one": -3.4, "unseen": 0.6}, False),  # confirmed by the other record
+        ({"one": 0.02, "two": 0.5}, {"one": -3.4, "two": 0.51}, False),
+        ({"one": 0.900}, {"one": 0.899}, False),
+        ({"one": 0.5, "unseen": 0.5}, {"one": 0.6, "unseen": 0.4}, False),
+    ],
+)
+def test_a_term_that_fits_its_own_coefficient_worse_is_known_by_all_records(
+    before: dict[str, float], after: dict[str, float], *, lowered: bool
+) -> None:
+    def fits(values: dict[str, float]) -> list[CoefficientFit]:
+        other = CoefficientFit("one", True, "C_Z", 0.9, 0.1)
+        return [other, *(CoefficientFit(name, name != "unseen", "C_X", r2, 0.1) for name, r2 in values.items())]
+
+    assert lowers_fit(fits(before), fits(after), "C_X", 0.002) is lowered
+    assert not lowers_fit(fits(before), fits(after), "C_Z", 0.002)
 
 
 def test_a_term_that_predicts_the_left_out_flight_worse_is_not_selected() -> None:

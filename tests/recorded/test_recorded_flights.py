@@ -207,6 +207,16 @@ def test_what_the_instruments_doubt_makes_room_for_what_it_stood_for() -> None:
     assert unseen["C_Z"].r2_after > 0.98
 
 
+def test_terms_that_fit_whitened_residuals_and_not_their_coefficient_are_not_named() -> None:
+    """Three terms of q_hat in C_X, whose drift is that of an unrecorded thrust: R^2 of the fitted stretch was -3.4."""
+    whole = read("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml")
+    result = close_loop([whole.between(3689.0, 3749.0)], load_aircraft("citation"), [whole.between(3749.0, 3799.0)])
+    assert not [effect for effect in result.effects if (effect.kind, effect.where) == ("aero_term", "C_X")]
+    axial = [row for row in result.coefficients if row.coefficient == "C_X"]
+    assert len(axial) == 2
+    assert all(row.r2_after > row.r2_before - 0.5 for row in axial)
+
+
 def test_two_flights_of_the_twin_otter_agree_within_their_bounds_where_any_fit_lets_them() -> None:
     rows: list[dict[tuple[str, str], DerivativeRow]] = []
     slopes = []

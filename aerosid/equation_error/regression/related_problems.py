@@ -21,6 +21,14 @@ def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> 
     return best
 
 
+def as_compared(problem: RegressionProblem) -> RegressionProblem:
+    """The problem in which a model's coefficients are compared with the measured ones, on every record."""
+    settings = replace(
+        problem.settings, blend=problem.settings.blend_compared, blend_aside=problem.settings.blend_compared
+    )
+    return replace(problem, settings=settings, all_fitted=True)
+
+
 def compared_with(values: DeclaredValues, found: Estimate) -> Estimate:
     """An estimate of coefficient equations whose likelihood contains its disagreement with a-priori values."""
     if values.among(found.design.unknowns) is None:

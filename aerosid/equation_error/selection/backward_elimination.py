@@ -11,14 +11,16 @@ from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.regression.design import uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.moderated_test import moderated_p_value
-from aerosid.equation_error.regression.related_problems import weights_restricted_to
+from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.selection.block_cross_validation import block_residuals, blocks_of
 from aerosid.equation_error.selection.candidates import distinct_name
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.cross_validation import (
     PredictionResiduals,
     StepColumns,
+    fits_of,
     is_unconfirmed,
+    lowers_fit,
     predicts_worse,
     unexplained_rise,
     validation_residuals,
@@ -30,10 +32,12 @@ from aerosid.equation_error.selection.level_shifts import (
     shifts_of,
 )
 from aerosid.equation_error.selection.replication import is_needed, is_replicated
+from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
     SelectedStructure,
     estimate_without,
+    point_without,
     structure_without,
 )
 from aerosid.equation_error.selection.wald_tests import distances_from_null, least_significant
@@ -55,7 +59,7 @@ def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructu
             search, selected, fitted
         )
         if removed is None:
-            removed = _refuted(search, selected, fitted)
+            removed = _refuted(search, selected, fitted) or _lowering_its_fit(fitted)
             if removed is None:
                 return selected, tuple(refuted)
             refuted.append(removed.hypothesis.label)
@@ -135,6 +139,30 @@ def _refuted(
     tested = sorted(selected.chosen, key=lambda each: each.gain)
     results = mapped(is_refuted_by_prediction, tested, until=lambda result: result)
     return tested[len(results) - 1] if results[-1] else None
+
+
+def _lowering_its_fit(fitted: SelectedStructure) -> SelectedEffect | None:
+    """The term of least gain among those without which, each or all, their coefficient is fitted better.
+
+    The residuals that decide are whitened: terms that fit these and not the coefficient itself stand for a drift.
+    """
+    by_coefficient: dict[str, list[SelectedEffect]] = {}
+    for each in sorted(fitted.chosen, key=lambda each: each.gain):
+        for coefficient, _ in each.hypothesis.entries:
+            by_coefficient.setdefault(MAINLY[coefficient], []).append(each)
+    if not by_coefficient:
+        return None
+    found = fitted.estimate
+    compared, least = as_compared(found.problem), found.problem.settings.least_rise
+    fits = fits_of(compared, found)
+    for coefficient, terms in by_coefficient.items():
+        groups = [(each,) for each in terms] + ([tuple(terms)] if len(terms) > 1 else [])
+        for group in groups:
+            point = functools.reduce(point_without, group, found.point)
+            reduced = estimate(found.problem, point, found.solution.weights)
+            if lowers_fit(fits_of(compared, reduced), fits, coefficient, least):
+                return group[0]
+    return None
 
 
 def _predictor(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -122,6 +122,15 @@ def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit
             )
         )
     return tuple(rows)
+
+
+def lowers_fit(
+    before: Sequence[CoefficientFit], after: Sequence[CoefficientFit], coefficient: str, least: float
+) -> bool:
+    """Whether R^2 of a coefficient falls on the identification records, by more than `least`, and rises on no other."""
+    changes = [(b.fitted, b.r2 - a.r2) for a, b in zip(before, after, strict=True) if a.coefficient == coefficient]
+    fitted, others = ([change for own, change in changes if own is which] for which in (True, False))
+    return bool(fitted) and max(fitted) < -least and max(others, default=0.0) <= 0.0
 
 
 def validation_residuals(
