@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 from markupsafe import Markup, escape
 
@@ -25,6 +26,7 @@ _PART = re.compile(rf"({_NAME})(?:\^(-?\d+))?")
 _PRODUCT = re.compile(r"(?<=>)\*(?=(?:abs|pos)\()|(?<=\))\*(?=<)")
 """The sign between a factor set as a symbol and one in brackets."""
 _POWER = re.compile(r"(?<=[A-Za-z)\]])\^(-?\d+)")
+_QUOTED = re.compile(r'("[^"\n]*")')
 _MINUS = re.compile(r"(?<![\w.)\]-])-(?=\d|\.\d)")
 _KINDS = re.compile(
     rf"(?<![\w./-])({'|'.join(sorted((k for k in KINDS if '_' in k), key=len, reverse=True))})(?![\w./-])"
@@ -34,14 +36,31 @@ _KINDS = re.compile(
 def prose(text: str) -> Markup:
     """The text for the page, escaped: `C_m alpha^2` as Cₘ α², `control_lag` in words, m/s^2 as m/s², a true minus.
 
-    Names of files and logs are kept: a name that is part of a longer word is not replaced.
+    Names of files and logs are kept: a name that is part of a longer word is not replaced. What is quoted is kept too.
     """
-    escaped = str(escape(in_words(text)))
-    return Markup(_PRODUCT.sub("·", _TERM.sub(_set_term, escaped)))  # safe: escaped, and symbols of our own glossary
+    # Safe: escaped, and symbols of our own glossary.
+    return Markup(_outside_quotes(_set, text, quoted=lambda part: str(escape(part))))
 
 
 def in_words(text: str) -> str:
-    """The text for a terminal: names of effects in words, powers and minus signs as printed, symbols as typed."""
+    """The text for a terminal: names of effects in words, powers and minus signs as printed, symbols as typed.
+
+    What is quoted is to be typed as it is: `kind = "sensor_scale"`.
+    """
+    return _outside_quotes(_as_printed, text)
+
+
+def _outside_quotes(change: Callable[[str], str], text: str, quoted: Callable[[str], str] = str) -> str:
+    """The text with what is not between double quotes changed, and what is as by `quoted`."""
+    parts = _QUOTED.split(text)
+    return "".join(quoted(part) if n % 2 else change(part) for n, part in enumerate(parts))
+
+
+def _set(text: str) -> str:
+    return _PRODUCT.sub("·", _TERM.sub(_set_term, str(escape(_as_printed(text)))))
+
+
+def _as_printed(text: str) -> str:
     text = _KINDS.sub(lambda found: found[1].replace("_", " "), text)
     text = _TERM.sub(lambda found: found[0].replace("^", "\0"), text)
     text = _POWER.sub(lambda found: found[1].translate(SUPERSCRIPTS), text)

@@ -45,6 +45,13 @@ def test_names_of_files_stay(text: str) -> None:
     assert str(prose(text)) == in_words(text) == text
 
 
+def test_what_is_to_be_typed_is_kept() -> None:
+    text = 'For alpha declare kind = "sensor_scale", where = "alpha", "-1 m/s^2" in [[effects]] of delta_e'
+    typed = 'declare kind = "sensor_scale", where = "alpha", "-1 m/s^2" in [[effects]] of '
+    assert Markup(prose(text)).striptags() == f"For α {typed}δe"
+    assert in_words(text) == f"For alpha {typed}delta_e"
+
+
 @given(st.text())
 def test_nothing_becomes_an_element_that_is_not_ours(text: str) -> None:
     stripped = str(prose(text))
