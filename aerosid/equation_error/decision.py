@@ -41,7 +41,7 @@ from aerosid.equation_error.selection.joint_time_delays import (
     JointDelays,
     delay_discrepancies,
 )
-from aerosid.equation_error.selection.level_shifts import shifts_by_record
+from aerosid.equation_error.selection.level_shifts import shifts_by_record, shifts_of_further
 from aerosid.equation_error.selection.model_averaging import OmittedEffects, averaged_covariance
 from aerosid.equation_error.selection.near_significant import (
     NearSignificant,
@@ -59,6 +59,7 @@ from aerosid.equation_error.selection.wald_tests import (
     effect_estimates,
     least_significant_of,
 )
+from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import Entry
 
 Array = NDArray[np.float64]
@@ -104,7 +105,7 @@ class EquationErrorDecision:
     uncertain_scales : tuple of ActiveEffect
         Scale factors of vanes that the standard errors contain, at their posterior root-mean-square size.
     level_shifts : mapping of str to tuple of ActiveEffect
-        Step changes of validation records, by the name of each record.
+        Step changes of validation and further records, by the name of each record.
     """
 
     findings: tuple[EffectEstimate, ...]
@@ -132,6 +133,7 @@ def decide(
     coefficients: Sequence[str],
     log: Callable[[str], None] = lambda _text: None,
     declared: Mapping[Entry, tuple[float, float]] = MappingProxyType({}),
+    further: Sequence[Manoeuvre] = (),
 ) -> EquationErrorDecision:
     """Select the undeclared effects by the coefficient equations, given the instrument errors identified by kinematics.
 
@@ -144,6 +146,8 @@ def decide(
         Receives a message for each effect that is added or removed.
     declared : mapping of Entry to (float, float)
         A-priori value and standard deviation of derivatives: evidence in the choice between structures.
+    further : sequence of Manoeuvre
+        Flights that take no part in the selection; their step changes are looked for with the selected structure.
     """
     start, hypotheses = errors.start, errors.hypotheses
     settings = errors.selected.estimate.problem.settings
@@ -193,7 +197,10 @@ def decide(
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
         uncertain_scales=omitted.scales,
-        level_shifts=shifts_by_record(structure.estimate),
+        level_shifts={
+            **shifts_by_record(structure.estimate),
+            **shifts_of_further(fitted_estimate, further, coefficients, search.criterion),
+        },
     )
 
 

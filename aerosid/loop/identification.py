@@ -112,14 +112,11 @@ class PreparedFlights:
         The fitted ones, with the noise that the aircraft file declares.
     plain : AerodynamicModel
         As of `Identification`.
-    hold_out : tuple of Manoeuvre
-        Further logs, used in no decision.
     """
 
     problem: IdentificationProblem
     logs: tuple[FlightLog, ...]
     plain: AerodynamicModel
-    hold_out: tuple[Manoeuvre, ...]
 
 
 def prepare_flights(
@@ -144,8 +141,9 @@ def prepare_flights(
     manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
     given = tuple(declared_effects(aircraft, controls_of(plain), manoeuvres))
     others, held_out = predicted[: len(validation)], predicted[len(validation) :]
-    problem = IdentificationProblem(aircraft, with_columns_of(plain, given), given, candidates, manoeuvres, others)
-    return PreparedFlights(problem, tuple(logs), plain, held_out)
+    declared = with_columns_of(plain, given)
+    problem = IdentificationProblem(aircraft, declared, given, candidates, manoeuvres, others, held_out)
+    return PreparedFlights(problem, tuple(logs), plain)
 
 
 def identify(
@@ -190,7 +188,7 @@ def identify(
         problem.aircraft, ready.plain, problem.declared, problem.candidates, problem.manoeuvres, problem.others,
     )  # fmt: skip
     if opposed is not None:
-        return Identification(*known, opposed, None, hold_out=ready.hold_out)
+        return Identification(*known, opposed, None, hold_out=problem.held_out)
 
     chain = _started_chain(ready.plain, problem, settings)
     result = run_method(problem, settings, progress)
@@ -215,7 +213,7 @@ def identify(
         second,
         result.method,
         result.search,
-        ready.hold_out,
+        problem.held_out,
         chain,
     )
 

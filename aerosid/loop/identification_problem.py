@@ -39,6 +39,8 @@ class IdentificationProblem:
         Candidate terms.
     manoeuvres, others : tuple of Manoeuvre
         Flights that are fitted, and flights that are only predicted.
+    held_out : tuple of Manoeuvre
+        Flights that take part in no decision: of these only the instants of step changes are looked for.
     instrument_errors : InstrumentErrors or None
         From the data compatibility check; None where not requested, a channel is missing or a flight too short.
     """
@@ -49,6 +51,7 @@ class IdentificationProblem:
     candidates: tuple[Entry, ...]
     manoeuvres: tuple[Manoeuvre, ...]
     others: tuple[Manoeuvre, ...]
+    held_out: tuple[Manoeuvre, ...] = ()
     instrument_errors: InstrumentErrors | None = None
 
     def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
@@ -67,6 +70,12 @@ class IdentificationProblem:
         """Whether every flight holds the channels from which forces and moments are formed."""
         equations = equations_of(self.aircraft.axes)
         return all(equations.can_be_formed(each.outputs) for each in (*self.manoeuvres, *self.others))
+
+    @property
+    def reconstructed_hold_out(self) -> tuple[Manoeuvre, ...]:
+        """The flights in no decision from whose channels forces and moments can be formed."""
+        equations = equations_of(self.aircraft.axes)
+        return tuple(each for each in self.held_out if equations.can_be_formed(each.outputs))
 
     @property
     def has_path(self) -> bool:

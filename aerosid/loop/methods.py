@@ -150,7 +150,8 @@ def _by_equations(
     progress("estimating by equation error")
     coefficients = problem.aircraft.coefficients
     a_priori = {entry: (value, sigma) for entry, value, sigma in _priors(problem.aircraft)}
-    decision = replicated(lambda: decide(instrument_errors, coefficients, declared=a_priori))
+    further = problem.reconstructed_hold_out
+    decision = replicated(lambda: decide(instrument_errors, coefficients, declared=a_priori, further=further))
     found = attribute_by_equations(decision, problem.manoeuvres)
     search = StructureSearch(
         problem.manoeuvres,

@@ -153,6 +153,22 @@ def test_two_steps_of_one_coefficient_are_told_apart(tmp_path: Path) -> None:
     assert airspeed.before == pytest.approx(airspeed.after, rel=0.2)
 
 
+def test_the_step_changes_of_a_flight_in_no_decision_are_those_of_its_own_coefficients(tmp_path: Path) -> None:
+    """By the open-loop errors alone, in which an unplaced step leaves a drift, both were placed ten seconds late."""
+    aircraft, logs = files(tmp_path, "a moment step before that of a flap")
+    result = close_loop(logs[:1], aircraft, hold_out=logs[1:])
+    (note,) = [note for note in result.notes if "step changes of" in note]
+    assert note.startswith("validation: ")
+    assert "of C_m at 12.2 s and " in note
+    (airspeed,) = [row for row in result.errors if (row.role, row.channel) == ("hold_out", "V")]
+    assert airspeed.before is not None
+    assert airspeed.after is not None
+    assert airspeed.after < 0.1 * airspeed.before
+    # The hold-out flight changes no estimate.
+    alone = close_loop(logs[:1], aircraft)
+    assert [row.value for row in alone.derivatives] == [row.value for row in result.derivatives]
+
+
 def test_a_surface_behind_a_stall_that_fits_nearly_as_well_is_found_from_declared_values(tmp_path: Path) -> None:
     """Separation in place of the surface is 13 in ln L behind, with derivatives of C_m that are not significant."""
     values = values_of(flight(tmp_path, "a slow surface behind a stall"))

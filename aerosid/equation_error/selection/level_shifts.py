@@ -18,12 +18,14 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.equation_error.selection.starting_values import step_change_hypotheses
 from aerosid.equation_error.selection.stepwise import forward_selection
 from aerosid.equation_error.selection.structure import SelectedStructure
+from aerosid.estimation.manoeuvre import Manoeuvre
 
 Array = NDArray[np.float64]
 
@@ -41,6 +43,24 @@ def shifts_by_record(found: Estimate) -> dict[str, tuple[ActiveEffect, ...]]:
         recording.name: tuple(active for active in shifts if active.log == recording.name)
         for recording in found.problem.recordings
     }
+
+
+def shifts_of_further(
+    found: Estimate, further: Sequence[Manoeuvre], coefficients: Sequence[str], criterion: SelectionCriterion
+) -> dict[str, tuple[ActiveEffect, ...]]:
+    """The level shifts of flights that took no part in the selection, by name; none where a structure has no step.
+
+    Only where they are matters: the values of the structure are not changed by those flights.
+    """
+    if not further or not any(is_step_change(active) for active in found.point.effects):
+        return {}
+    problem = found.problem
+    own = read_recordings((), further, problem.settings)
+    fitted = tuple(recording for recording in problem.recordings if recording.fitted)
+    whole = replace(problem, recordings=(*fitted, *own), all_fitted=True)
+    shifted = level_shifts(estimate(whole, found.point), coefficients, criterion, problem.settings.most)
+    by_record = shifts_by_record(shifted)
+    return {recording.name: by_record[recording.name] for recording in own}
 
 
 def with_shifts(point: Point, shifts: Sequence[ActiveEffect]) -> Point:
