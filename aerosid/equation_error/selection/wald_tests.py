@@ -106,10 +106,10 @@ def effect_estimates(
             error = float(deviations[n]) if n is not None else np.inf
             rows.append(EffectEstimate(hypothesis, None, value, error, (error,), gain, source, improves))
             continue
-        (active,) = effects_of(found.point, hypothesis)
-        i = next(i for i, other in enumerate(found.point.effects) if other is active)
-        errors = tuple(float(deviations[index["effect", i, k]]) for k in range(len(active.values)))
-        rows.append(EffectEstimate(hypothesis, active, active.values[0], errors[0], errors, gain, source, improves))
+        for active in effects_of(found.point, hypothesis)[:1]:
+            i = next(i for i, other in enumerate(found.point.effects) if other is active)
+            errors = tuple(float(deviations[index["effect", i, k]]) for k in range(len(active.values)))
+            rows.append(EffectEstimate(hypothesis, active, active.values[0], errors[0], errors, gain, source, improves))
     return tuple(sorted(rows, key=_rank))
 
 
