@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -67,6 +67,11 @@ def is_step_change(active: ActiveEffect) -> bool:
     """Whether an effect is a step change whose instant is one of its parameters."""
     effect = active.effect
     return isinstance(effect, InputEffect) and effect.at_time is not None and len(active.numbers) == 2
+
+
+def step_changes_on(effects: Iterable[ActiveEffect], log: str) -> list[ActiveEffect]:
+    """The step changes among some effects that belong to the log of that name."""
+    return [active for active in effects if active.log == log and is_step_change(active)]
 
 
 def instant_of(active: ActiveEffect) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, frozen
-from aerosid.effects.step_input import at_instant, instant_of, is_step_change
+from aerosid.effects.step_input import at_instant, instant_of, step_changes_on
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
@@ -26,7 +26,10 @@ REACHES = (1.0 / 20.0, 1.0 / 200.0)
 
 
 def events_of(step_changes: Sequence[ActiveEffect]) -> list[Event]:
-    """Step changes by event: those of one log that follow one another closely, as of all coefficients by a flap."""
+    """Step changes by event: those of one log that follow one another closely, as of all coefficients by a flap.
+
+    Log by log in order of their instants, and so within each event.
+    """
     events: list[list[ActiveEffect]] = []
     for active in sorted(step_changes, key=lambda each: (each.log, instant_of(each))):
         last = events[-1][-1] if events else None
@@ -63,11 +66,13 @@ def matched_step_changes(
     instants : list of float
         Those of what is seen and not explained, s from the log's start.
     """
+    events = events_of(step_changes)
+    steps = [active for event in events for active in event]
     instant_by_step: dict[int, float] = {}
     unexplained = list(range(len(seen)))
     distances = {
         (n, k): abs(active.numbers[0] / there.numbers[0] - 1.0)
-        for n, active in enumerate(step_changes)
+        for n, active in enumerate(steps)
         for k, there in enumerate(seen)
         if active.name == there.name and there.numbers[0] != 0.0
     }
@@ -78,12 +83,14 @@ def matched_step_changes(
     known = {active.name for active in seen}
     placed: list[ActiveEffect] = []
     others: list[ActiveEffect] = []
-    for event in events_of(step_changes):
-        places = [next(n for n, each in enumerate(step_changes) if each is active) for active in event]
-        recurring = [instant_by_step[n] for n in places if n in instant_by_step]
-        for n, active in zip(places, event, strict=True):
-            if n in instant_by_step or (recurring and active.name not in known):
-                instant = instant_by_step.get(n, min(recurring))
+    first = 0
+    for event in events:
+        instants = [instant_by_step.get(n) for n in range(first, first + len(event))]
+        first += len(event)
+        recurring = min((instant for instant in instants if instant is not None), default=None)
+        for active, own in zip(event, instants, strict=True):
+            instant = recurring if own is None and active.name not in known else own
+            if instant is not None:
                 placed.append(at_instant(active, instant, manoeuvre.name, manoeuvre.interval))
         if not any(active.name in known for active in event):
             others += event
@@ -163,7 +170,7 @@ def _joined(events: Sequence[Event]) -> Event:
 
 def instants_of(placed: Sequence[ActiveEffect], manoeuvre: Manoeuvre) -> list[float]:
     """Instants of a log's own step changes, s from its start."""
-    own = {instant_of(active) for active in placed if is_step_change(active) and active.log == manoeuvre.name}
+    own = {instant_of(active) for active in step_changes_on(placed, manoeuvre.name)}
     return [at - float(manoeuvre.flight.time[0]) for at in sorted(own)]
 
 

@@ -83,6 +83,12 @@ class Effect:
     log: str = ""
     """For a step change: the log that it belongs to, where several were fitted."""
 
+    @property
+    def moment(self) -> str:
+        """When a step change acts, and on which of several logs, as a sentence ends; empty of any other effect."""
+        of_log = f" of {self.log}" if self.log else ""
+        return "" if self.time is None else f" at {self.time:.2f} s{of_log}"
+
 
 def _estimated(error: float) -> float | None:
     """A standard error; None of a parameter that the records do not determine, or that is held at its limit."""

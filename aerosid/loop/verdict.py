@@ -148,10 +148,8 @@ def _named(effect: Effect) -> str:
     if effect.kind == "aero_term":
         return f"{effect.where} {effect.term} = {with_deviation(effect.value, effect.std_error)}"
     unit = "" if effect.unit == "1" else f" {effect.unit}"
-    of_log = f" of {effect.log}" if effect.log else ""
-    moment = "" if effect.time is None else f" at {effect.time:.2f} s{of_log}"
     words = KINDS[effect.kind].words if effect.kind in KINDS else f"a {effect.kind.replace('_', ' ')}"
     place = _place(effect.kind, effect.where)
     if effect.along:
         place += f" along {listed(list(effect.along))}"
-    return f"{words}{place}{moment} ({with_deviation(effect.value, effect.std_error)}{unit})"
+    return f"{words}{place}{effect.moment} ({with_deviation(effect.value, effect.std_error)}{unit})"

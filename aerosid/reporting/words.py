@@ -138,7 +138,7 @@ def short_effect(effect: Effect) -> str:
     """The effect for a narrow table: its name, with its time; `thrust change` is not told to be of the thrust."""
     kind = effect.kind.replace("_", " ")
     name = kind if effect.where and kind.startswith(effect.where) else effect_name(effect)
-    return name + _instant(effect)
+    return name + effect.moment
 
 
 UNCONFIRMED = " (does not improve the prediction of validation data)"
@@ -156,10 +156,4 @@ def _said(effect: Effect) -> str:
         place = f" in {effect.where}" if effect.where else ""
         return f"{effect.kind.replace('_', ' ')}{place}{f' ({effect.term})' if effect.term else ''}"
     text = KINDS[effect.kind].describe(effect.where, effect.value) + _along(effect)
-    return text + _instant(effect)
-
-
-def _instant(effect: Effect) -> str:
-    """When a step change acts, and on which of several logs."""
-    of_log = f" of {effect.log}" if effect.log else ""
-    return "" if effect.time is None else f" at {effect.time:.2f} s{of_log}"
+    return text + effect.moment

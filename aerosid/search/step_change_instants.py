@@ -10,7 +10,7 @@ import numpy as np
 from aerosid.effects import ActiveEffect, InputEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.step_input import at_instant, instant_of, is_step_change, with_fixed_instant
+from aerosid.effects.step_input import at_instant, instant_of, step_changes_on, with_fixed_instant
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.model_error.flight_sweeps.swept_model import Sweep
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
@@ -27,7 +27,7 @@ def is_near_step_change(
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
     reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid
-    return any(abs(instant_of(a) - hypothesis.time) < reach for a in effects if a.log == log.name and is_step_change(a))
+    return any(abs(instant_of(active) - hypothesis.time) < reach for active in step_changes_on(effects, log.name))
 
 
 def thinned(hypotheses: Sequence[Hypothesis], stride: int) -> list[Hypothesis]:

@@ -18,7 +18,7 @@ from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_parameters
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.step_input import instant_of, is_step_change
+from aerosid.effects.step_input import instant_of, is_step_change, step_changes_on
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
 from aerosid.estimation.fit_settings import TRIAL
@@ -204,7 +204,7 @@ class StructureSearch:
             return False
         manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
         reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / OFFERED.grid
-        step_changes = [active for active in current.effects if active.log == manoeuvre.name and is_step_change(active)]
+        step_changes = step_changes_on(current.effects, manoeuvre.name)
         return any(abs(instant_of(active) - hypothesis.time) < reach for active in step_changes)
 
     def with_candidate_columns(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from equations_decided import decided, declared
+from problems import with_channels
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.channels import COEFFICIENT
@@ -23,9 +24,7 @@ MOMENT, STEP = 11.0, 0.4
 
 def with_step(log: FlightLog) -> FlightLog:
     """The log with a step of the axial acceleration, as by a sudden change of drag."""
-    channels = {name: log[name].copy() for name in log.units}
-    channels["a_x"] += STEP * (log.time >= MOMENT)
-    return FlightLog(log.name, log.time, channels, dict(log.units))
+    return with_channels(log, a_x=log["a_x"] + STEP * (log.time >= MOMENT))
 
 
 def test_a_level_shift_of_a_validation_flight_is_found_there_only() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from equations_decided import decided, declared
+from problems import with_channels
 
 from aerosid.effects.step_input import instant_of, rise_of
 from aerosid.equation_error.regression.estimate import Estimate, estimate
@@ -28,10 +29,7 @@ CRITERION = SelectionCriterion({("step_change", "C_X", ""): 1.0}, 1000, 0.01)
 
 def with_steps(log: FlightLog, *moments: float) -> FlightLog:
     """The log with steps of the axial acceleration, as by sudden changes of drag."""
-    channels = {name: log[name].copy() for name in log.units}
-    for moment in moments:
-        channels["a_x"] += STEP * (log.time >= moment)
-    return FlightLog(log.name, log.time, channels, dict(log.units))
+    return with_channels(log, a_x=log["a_x"] + STEP * np.sum([log.time >= moment for moment in moments], axis=0))
 
 
 def test_a_coefficient_may_step_on_every_identification_flight() -> None:

@@ -37,7 +37,7 @@ from aerosid.equation_error.selection.structure import (
     SelectedEffect,
     SelectedStructure,
     estimate_without,
-    point_without,
+    estimate_without_all,
     structure_without,
 )
 from aerosid.equation_error.selection.wald_tests import distances_from_null, least_significant
@@ -156,12 +156,12 @@ def _lowering_its_fit(fitted: SelectedStructure) -> SelectedEffect | None:
     compared, least = as_compared(found.problem), found.problem.settings.least_rise
     fits = fits_of(compared, found)
     for coefficient, terms in by_coefficient.items():
-        groups = [(each,) for each in terms] + ([tuple(terms)] if len(terms) > 1 else [])
-        for group in groups:
-            point = functools.reduce(point_without, group, found.point)
-            reduced = estimate(found.problem, point, found.solution.weights)
+        reduced_fits = [(each, estimate_without(fitted, each)) for each in terms]
+        if len(terms) > 1:
+            reduced_fits.append((terms[0], estimate_without_all(fitted, terms)))
+        for each, reduced in reduced_fits:
             if lowers_fit(fits_of(compared, reduced), fits, coefficient, least):
-                return group[0]
+                return each
     return None
 
 

@@ -35,7 +35,7 @@ from aerosid.equation_error.selection.stepwise import (
     forward_selection,
     with_flow_separation,
 )
-from aerosid.equation_error.selection.structure import SelectedStructure, penalised_likelihood, point_without
+from aerosid.equation_error.selection.structure import SelectedStructure, estimate_without_all, penalised_likelihood
 
 _Found = TypeVar("_Found")
 _Other = TypeVar("_Other")
@@ -234,9 +234,8 @@ def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructu
     is_separated = any(each.hypothesis.kind == "flow_separation" for each in found.chosen)
     if not terms or is_separated or not shows_separation(problem):
         return None
-    without = functools.reduce(point_without, terms, found.estimate.point)
     reduced = SelectedStructure(
-        estimate(problem, without, found.estimate.solution.weights),
+        estimate_without_all(found, terms),
         tuple(each for each in found.chosen if each not in terms),
     )
     separated = with_flow_separation(reduced, problem, search.criterion, search.coefficients, search.log)

@@ -14,7 +14,7 @@ from aerosid.effects.cg_shift import cg_shift_step
 from aerosid.effects.flow_separation import flow_separation, longest_separation
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_change import step_change
-from aerosid.effects.step_input import instant_of, is_step_change, rise_of
+from aerosid.effects.step_input import instant_of, is_step_change, rise_of, step_changes_on
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.instrumental_variables import CONTROLS
@@ -63,7 +63,7 @@ def step_change_hypotheses(
     for n, recording in enumerate(problem.recordings):
         if not (recording.fitted if recording_name is None else recording.name == recording_name):
             continue
-        steps = [each for each in base.point.effects if is_step_change(each) and each.log == recording.name]
+        steps = step_changes_on(base.point.effects, recording.name)
         for coefficient in coefficients:
             known = [
                 (instant_of(each), max(rise_of(each), recording.interval))
@@ -121,7 +121,7 @@ def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficient
         return step_change_hypotheses(problem, reduced, moments) if active.effect.kind == "cg_shift" else []
     moment, rise = instant_of(active), rise_of(active)
     recording = next(each for each in problem.recordings if each.name == active.log)
-    steps = [active, *(each for each in reduced.point.effects if is_step_change(each) and each.log == active.log)]
+    steps = [active, *step_changes_on(reduced.point.effects, active.log)]
     return [
         _at(effect, moment, active.log, reduced.point, slow=removed.time is not None)
         for coefficient in coefficients
@@ -136,11 +136,10 @@ def _at(effect: InputEffect, moment: float, log: str, point: Point, *, slow: boo
     The rise time of a slow one is estimated too, which `time` counts.
     """
     name = effect.kind, effect.where
-    known = [each for each in point.effects if each.name == name and is_step_change(each)]
     taken = {each.ordinal for each in point.effects if each.name == name}
     numbered = replace(effect, ordinal=next(n for n in range(1, len(taken) + 2) if n not in taken))
     active = ActiveEffect(numbered, (effect.parameters[0].null, moment), log)
-    repetition = sum(each.log == log for each in known)
+    repetition = sum(each.name == name for each in step_changes_on(point.effects, log))
     return Hypothesis(*name, effects=(active,), time=moment if slow else None, repetition=repetition)
 
 

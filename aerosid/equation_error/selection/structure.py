@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Any
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.design import regress
-from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximise_likelihood
+from aerosid.equation_error.regression.estimate import Estimate, Optimum, estimate, maximise_likelihood
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, effects_of, joint_penalty
 
 STEPS = 4
@@ -120,6 +121,12 @@ def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estim
     """The estimate of the structure without one effect."""
     (peak,) = deletions(selected, [each], with_columns=True)
     return peak.estimate
+
+
+def estimate_without_all(selected: SelectedStructure, effects: Iterable[SelectedEffect]) -> Estimate:
+    """The regression of the structure without several effects, the parameters of the others as starting values."""
+    found = selected.estimate
+    return estimate(found.problem, reduce(point_without, effects, found.point), found.solution.weights)
 
 
 def structure_without(selected: SelectedStructure, effect: SelectedEffect) -> SelectedStructure:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from aerosid.aircraft import Aircraft
 from aerosid.effects import KINDS, ActiveEffect
-from aerosid.effects.step_input import instant_of, is_step_change
+from aerosid.effects.step_input import instant_of, step_changes_on
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.open_loop import Response, on_log, respond
-from aerosid.estimation.unseen_step_changes import Event, events_of
+from aerosid.estimation.unseen_step_changes import events_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
@@ -112,10 +112,11 @@ def notes_on_step_changes(found: Attribution, others: Sequence[Manoeuvre]) -> li
     """A note for each log that was not fitted on which step changes act at instants taken from that log itself."""
     notes = []
     for manoeuvre in others:
-        steps = [active for active in on_log(found.completed, manoeuvre) if is_step_change(active)]
-        events = sorted(events_of([active for active in steps if active.log == manoeuvre.name]), key=_start)
+        events = events_of(step_changes_on(on_log(found.completed, manoeuvre), manoeuvre.name))
         if events:
-            acting = listed([f"{listed(list(map(_subject, event)))} at {_start(event):.1f} s" for event in events])
+            acting = listed(
+                [f"{listed(list(map(_subject, event)))} at {instant_of(event[0]):.1f} s" for event in events]
+            )
             notes.append(
                 f"{manoeuvre.name}: the completed model is simulated with step changes of {acting}. The instants are "
                 "from this log, as no channel shows them; the sizes are those estimated on the fitted logs."
@@ -127,11 +128,6 @@ def _subject(active: ActiveEffect) -> str:
     """What a step change changes."""
     kind, where = active.name
     return f"the centre of gravity along {where}" if kind == "cg_shift" else where
-
-
-def _start(event: Event) -> float:
-    """Instant of an event's first step change, s."""
-    return min(instant_of(active) for active in event)
 
 
 def _simulated(manoeuvre: Manoeuvre, role: str, responses: dict[str, Response]) -> Simulated:
