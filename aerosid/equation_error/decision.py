@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.joint_selection import DelaySelection, selected_jointly
+from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import (
     Estimate,
@@ -171,7 +172,7 @@ def decide(
     other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
     # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
     excluded_labels = {*refuted, *(hypothesis.label for hypothesis in jointly)}
-    before = estimate(fitted_estimate.problem, start)
+    before = converged(estimate(fitted_estimate.problem, start))
     compared = as_compared(fitted_estimate.problem)
     of_errors = tuple(row for row in of_errors if row.hypothesis.label not in excluded_labels)
     alternatives = (*other_delays, *_not_among(other_delays, of_errors), *of_structure)
@@ -259,9 +260,8 @@ def _significant(
     """The structure after backward elimination by t-ratios that include the uncertainty of the instrument errors."""
     while True:
         point = structure.estimate.point
-        on_fitted = likelier_input_interpolation(
-            estimate(search.fitted, point, weights_restricted_to(structure.estimate, search.fitted, point))
-        )
+        weights = weights_restricted_to(structure.estimate, search.fitted, point)
+        on_fitted = converged(likelier_input_interpolation(estimate(search.fitted, point, weights)))
         fitted = SelectedStructure(on_fitted, structure.chosen)
         completed, covariance = _with_covariance(delays, fitted, structure)
         findings = effect_estimates(completed, covariance, (*identified.chosen, *structure.chosen))

@@ -21,6 +21,7 @@ from aerosid.equation_error.selection.damping_collinearity import downwash_prior
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.joint_time_delays import (
     JointDelays,
+    JointGain,
     is_within,
     joint_delays,
     joint_gain,
@@ -60,8 +61,10 @@ def selected_jointly(
     log: Callable[[str], None],
     near: SelectedStructure | None = None,
 ) -> JointSelection:
-    """The structure selected by both kinds of equations; no time delay is retained whose joint gain is below its
-    penalty. `near`: the one selected with such a delay, from which the search is continued without it.
+    """The structure selected by both kinds of equations.
+
+    No time delay is retained whose joint gain is below its penalty or that the coefficients refute. `near`: the
+    structure selected with such a delay, from which the search is continued without it.
     """
     start, settings = errors.start, identified.estimate.problem.settings
     sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
@@ -75,14 +78,20 @@ def selected_jointly(
     outcome = _selected_with_delays(identified, declared, search, near)
     for each in identified.chosen:
         joint = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
-        if joint is not None and joint.gain < search.criterion.penalty(each.hypothesis):
-            log(f"  joint gain of both kinds of equations {joint.gain:.1f} by {each.hypothesis.label}")
+        if joint is not None and _is_rejected(joint, search.criterion.penalty(each.hypothesis), outcome, search):
+            gains = f"{joint.kinematic:.1f}, {joint.coefficient:.1f}"
+            log(f"  gains of both kinds of equations {gains} by {each.hypothesis.label}")
             others = structure_without(identified, each)
             near = SelectedStructure(joint.coefficients_without, outcome.structure.chosen)
             return selected_jointly(errors, others, coefficients, values, log, near)
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     return JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
+
+
+def _is_rejected(joint: JointGain, penalty: float, outcome: DelaySelection, search: CoefficientSearch) -> bool:
+    """Whether a time delay gains less than its penalty in both kinds of equations, or the coefficients refute it."""
+    return joint.total < penalty or search.refutes(joint.coefficients_without, outcome.structure.estimate, penalty)
 
 
 def _coefficient_search(

@@ -10,12 +10,15 @@ from scipy.signal import lfilter
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.selection.joint_time_delays import kinematic_delays
+from aerosid.equation_error.joint_selection import selected_jointly
+from aerosid.equation_error.regression.declared_values import DeclaredValues
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.joint_time_delays import kinematic_delays, with_errors_held
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
 from benchmarks.planted_aircraft import Body
-from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SEEDS = 7000
 """Of tests; published tables and trials begin elsewhere."""
@@ -84,3 +87,22 @@ def test_a_residual_error_of_a_lag_is_eliminated_when_a_delay_replaces_it(tmp_pa
     (row,) = decided(load_aircraft(str(tmp_path / "aircraft.toml")), logs[:1], logs[1:]).findings
     assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_delay", "V")
     assert abs(row.value - 0.615) < 3.0 * row.std_error
+
+
+@pytest.mark.parametrize("late", [0.0, 0.3])
+def test_the_coefficients_refute_a_delay_that_the_vane_does_not_have_and_no_other(late: float) -> None:
+    """Whatever kinematics say, lift tells from the same gusts and the same motion whether the vane is late."""
+    body = BODIES[0]
+    wrong = Wrong(delay={"alpha": late}) if late else NOTHING
+    logs = [flown(name, body, SEEDS + 60 + n, air=0.6, wrong=wrong, seconds=24.0) for n, name in enumerate("ab")]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 60))
+    errors = identified(aircraft, logs[:1], logs[1:])
+    search = selected_jointly(
+        errors, errors.selected, aircraft.coefficients, DeclaredValues({}, 0.0, 0.0), lambda _: None
+    ).search
+    whole = replace(search.fitted, all_fitted=True)
+    (delay,) = [h.effects[0] for h in errors.hypotheses if (h.kind, h.where) == ("sensor_delay", "alpha")]
+    on_time = estimate(whole, errors.start)
+    delayed = estimate(whole, with_errors_held(errors.start, (replace(delay, values=(0.3,)),)))
+    assert search.refutes(on_time, delayed, penalty=12.0) is (late == 0.0)
+    assert not search.refutes(delayed, delayed, penalty=12.0)

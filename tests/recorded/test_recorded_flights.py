@@ -217,6 +217,18 @@ def test_terms_that_fit_whitened_residuals_and_not_their_coefficient_are_not_nam
     assert all(row.r2_after > row.r2_before - 0.5 for row in axial)
 
 
+@pytest.mark.parametrize("start", [2969.0, 3689.0])
+def test_a_delay_that_all_coefficients_refute_is_not_named(start: float) -> None:
+    """By kinematics a_z early by .42 s and alpha late by .38 s; with these C_Z of the unseen stretch was lowered."""
+    whole = read("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml")
+    fitted, unseen = whole.between(start, start + 60.0), whole.between(start + 60.0, start + 110.0)
+    result = close_loop([fitted], load_aircraft("citation"), [unseen])
+    (other,) = (log.name for log in result.validation)
+    assert all(abs(effect.value) < 0.3 for effect in result.effects if effect.kind in ("sensor_delay", "sensor_lag"))
+    (lift,) = (row for row in result.coefficients if row.coefficient == "C_Z" and row.log == other)
+    assert lift.r2_after > lift.r2_before
+
+
 def test_two_flights_of_the_twin_otter_agree_within_their_bounds_where_any_fit_lets_them() -> None:
     rows: list[dict[tuple[str, str], DerivativeRow]] = []
     slopes = []

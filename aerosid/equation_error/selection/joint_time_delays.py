@@ -132,10 +132,19 @@ def joint_delays(
 
 
 class JointGain(NamedTuple):
-    """Gain in ln L of both kinds of equations by a time delay, and the coefficients' estimate without it."""
+    """Gains in ln L of both kinds of equations by a time delay, and the coefficients' estimate without it.
 
-    gain: float
+    `kinematic` at the joint estimate.
+    """
+
+    kinematic: float
+    coefficient: float
     coefficients_without: Estimate
+
+    @property
+    def total(self) -> float:
+        """Of both kinds of equations."""
+        return self.kinematic + self.coefficient
 
 
 def joint_gain(
@@ -170,7 +179,7 @@ def joint_gain(
         coefficients.problem, replace(coefficients.point, effects=effects), coefficients.solution.weights
     )
     kinematic_gain = identified.estimate.gain_over(estimate_without(identified, each)) - deviation
-    return JointGain(kinematic_gain + coefficients.log_likelihood - reduced.log_likelihood, reduced)
+    return JointGain(kinematic_gain, coefficients.log_likelihood - reduced.log_likelihood, reduced)
 
 
 @dataclass(frozen=True)
