@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.joint_selection import DelaySelection, selected_jointly
 from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.declared_values import DeclaredValues
@@ -49,7 +50,7 @@ from aerosid.equation_error.selection.near_significant import (
     near_significant_effects,
     with_validation_fits,
 )
-from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, effects_of
+from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, Name, effects_of
 from aerosid.equation_error.selection.replication import is_replicated
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
@@ -164,10 +165,7 @@ def decide(
         competing_alternatives(identified, sensors),
         competing_alternatives(structure, search.hypotheses_except(refuted)),
     )
-    gains = {**gains_by_deletion(identified), **gains_by_deletion(structure)}
-    for hypothesis in jointly:
-        (active,) = effects_of(structure.estimate.point, hypothesis)
-        gains[hypothesis.label] += evidence[distinct_name(hypothesis)].gain_at(active.values)
+    gains = {**gains_by_deletion(identified), **_gains_with_evidence(structure, jointly, evidence)}
     findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
     other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
     # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
@@ -180,12 +178,13 @@ def decide(
     after = fits_of(compared, completed)
     listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
     omitted = _omitted(errors, identified, structure, search, listed)
+    averaged = averaged_covariance(completed, covariance, fitted_estimate, alternatives, derivatives, omitted)
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
         before=before,
         completed=completed,
-        covariance=averaged_covariance(completed, covariance, fitted_estimate, alternatives, derivatives, omitted),
+        covariance=averaged,
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(identified.estimate, fitted_estimate),
         coefficient_fits=tuple(zip(fits_of(compared, before), after, strict=True)),
@@ -193,7 +192,7 @@ def decide(
         kinematic_estimate=on_identification_records(identified).estimate,
         hypothesis_count=len(hypotheses),
         refuted=refuted,
-        damping=damping_collinearity(fitted_estimate),
+        damping=damping_collinearity(fitted_estimate, averaged),
         delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
@@ -203,6 +202,17 @@ def decide(
             **shifts_of_further(fitted_estimate, further, coefficients, search.criterion),
         },
     )
+
+
+def _gains_with_evidence(
+    structure: SelectedStructure, jointly: Sequence[Hypothesis], evidence: Mapping[Name, KinematicEvidence]
+) -> dict[Label, float]:
+    """Gain in ln L of each effect of the structure, of jointly identified instrument errors by both kinds of equations."""
+    gains = gains_by_deletion(structure)
+    for hypothesis in jointly:
+        (active,) = effects_of(structure.estimate.point, hypothesis)
+        gains[hypothesis.label] += evidence[distinct_name(hypothesis)].gain_at(active.values)
+    return gains
 
 
 def _omitted(

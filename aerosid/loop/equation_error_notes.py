@@ -81,13 +81,19 @@ def note_on_vane_scale(active: ActiveEffect) -> str | None:
 
 
 def note_on_damping(damping: DampingCollinearity) -> str:
-    """Note on the part of C_m q_hat that these manoeuvres cannot separate from C_m alpha_dot_hat."""
+    """Note on the parts of the derivatives that these manoeuvres cannot separate from C_m alpha_dot_hat."""
     least, most = damping.parts
     own = f"{number(100.0 * damping.independent)} %" if damping.independent > 1e-3 else "less than 0.1 %"
-    return (
+    text = (
         f"C_m q_hat is a combined derivative: it includes {number(damping.aliased)} times the C_m alpha_dot_hat that "
         f"the model may lack; {own} of that regressor is independent of the declared terms in these manoeuvres. With a "
         f"C_m alpha_dot_hat of the usual size ({USUAL[0]} to {USUAL[1]} of C_m q_hat), C_m q_hat alone is "
-        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate; the standard "
-        "error does not include this."
+        f"{100.0 * least / damping.value:.0f} to {100.0 * most / damping.value:.0f} % of the estimate"
     )
+    others = []
+    for other in damping.beyond_errors:
+        small, large = (number(change, 2) for change in damping.changes(other))
+        others.append(f"{small} to {large} of C_m {other.term} (standard error {number(other.std_error, 2)})")
+    if not others:
+        return f"{text}; the standard error does not include this."
+    return f"{text}, and alphadot accounts for {listed(others)}; the standard errors do not include this."

@@ -10,12 +10,19 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.selection.candidates import term_candidates
-from aerosid.equation_error.selection.damping_collinearity import DAMPING, DOWNWASH, DampingCollinearity, downwash_prior
+from aerosid.equation_error.selection.damping_collinearity import (
+    DAMPING,
+    DOWNWASH,
+    AliasedDerivative,
+    DampingCollinearity,
+    downwash_prior,
+)
 from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL, input_columns_of
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.terms import parse_term
+from aerosid.loop.equation_error_notes import note_on_damping
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
 
@@ -36,6 +43,22 @@ def test_an_omitted_alphadot_biases_the_pitch_rate_derivative_by_the_aliased_fra
     assert moved[place] == pytest.approx(damping.aliased * lacking, rel=1e-6)
     assert damping.independent < 0.01
     assert damping.aliased > 0.5
+    assert {other.term for other in damping.others} == {"alpha", "delta_e"}
+    for other in damping.others:
+        place = found.design.unknowns.index(("term", ("C_m", parse_term(other.term))))
+        assert moved[place] == pytest.approx(other.aliased * lacking, rel=1e-6)
+        assert other.std_error == pytest.approx(float(np.sqrt(decision.covariance[place, place])))
+
+
+def test_what_the_usual_alphadot_changes_beyond_a_standard_error_is_told() -> None:
+    small, large = AliasedDerivative("delta_e", 0.001, 0.05), AliasedDerivative("alpha", 0.01, 0.05)
+    damping = DampingCollinearity(value=-24.0, aliased=0.8, independent=0.002, others=(small, large))
+    least, most = damping.changes(large)
+    assert least == pytest.approx(0.01 * 0.3 * damping.parts[1])
+    assert most == pytest.approx(0.01 * 0.5 * damping.parts[0])
+    assert damping.beyond_errors == (large,)
+    assert "−0.058 to −0.086 of C_m alpha (standard error 0.050)" in note_on_damping(damping)
+    assert "delta_e" not in note_on_damping(damping)
 
 
 def test_the_parts_and_a_usual_alphadot_add_up_to_the_estimate() -> None:

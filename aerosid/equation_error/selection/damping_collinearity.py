@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import whiten
@@ -18,6 +19,8 @@ from aerosid.equation_error.selection.candidate_scores import score_candidates
 from aerosid.equation_error.selection.candidates import term_candidates
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.terms import parse_term
+
+Array = NDArray[np.float64]
 
 MOMENT = "C_m"
 DAMPING, DOWNWASH = parse_term("q_hat"), parse_term("alpha_dot_hat")
@@ -47,6 +50,24 @@ def downwash_prior(model: AerodynamicModel) -> Mapping[Entry, float]:
 
 
 @dataclass(frozen=True)
+class AliasedDerivative:
+    """Another derivative of C_m that contains a part of a C_m alpha_dot_hat missing from the model.
+
+    Attributes
+    ----------
+    term : str
+    aliased : float
+        Fraction of the alphadot derivative contained in it, 1.
+    std_error : float
+        Its standard error, which does not contain that part.
+    """
+
+    term: str
+    aliased: float
+    std_error: float
+
+
+@dataclass(frozen=True)
 class DampingCollinearity:
     """Part of a C_m alpha_dot_hat missing from the model that C_m q_hat contains.
 
@@ -58,11 +79,14 @@ class DampingCollinearity:
         Fraction of an alphadot derivative contained in it, 1.
     independent : float
         Fraction of alphadot's whitened column that no declared term explains, 1.
+    others : tuple of AliasedDerivative
+        The other derivatives of C_m, constants not among them.
     """
 
     value: float
     aliased: float
     independent: float
+    others: tuple[AliasedDerivative, ...] = ()
 
     @property
     def parts(self) -> tuple[float, float]:
@@ -70,12 +94,32 @@ class DampingCollinearity:
         own = sorted((self.value / (1.0 + self.aliased * ratio) for ratio in USUAL), key=abs)
         return own[0], own[1]
 
+    def changes(self, other: AliasedDerivative) -> tuple[float, float]:
+        """Part of another derivative that the usual alphadot derivatives are, the smaller size first."""
+        sizes = (ratio * self.value / (1.0 + self.aliased * ratio) for ratio in USUAL)
+        least, most = sorted((other.aliased * size for size in sizes), key=abs)
+        return least, most
 
-def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
-    """The part of C_m alpha_dot_hat in C_m q_hat; None where both or neither are modelled, or both are identifiable."""
+    @property
+    def beyond_errors(self) -> tuple[AliasedDerivative, ...]:
+        """The others that the largest usual alphadot derivative changes by more than their standard errors."""
+        return tuple(other for other in self.others if abs(self.changes(other)[1]) > other.std_error)
+
+
+def damping_collinearity(found: Estimate, covariance: Array) -> DampingCollinearity | None:
+    """The part of C_m alpha_dot_hat in C_m q_hat; None where both or neither are modelled, or both are identifiable.
+
+    Parameters
+    ----------
+    found : Estimate
+        Of the coefficient equations.
+    covariance : ndarray, shape (P, P) or larger
+        Of its unknowns, its first P rows and columns.
+    """
     damping: tuple[object, ...] = ("term", (MOMENT, DAMPING))
     downwash = (MOMENT, DOWNWASH)
-    if damping not in found.design.unknowns or downwash in found.point.free:
+    unknowns = found.design.unknowns
+    if damping not in unknowns or downwash in found.point.free:
         return None
     omitted = Hypothesis("aero_term", MOMENT, str(DOWNWASH), entries=(downwash,))
     candidates = term_candidates(found.problem, found, [omitted])
@@ -83,8 +127,11 @@ def damping_collinearity(found: Estimate) -> DampingCollinearity | None:
     if own >= found.problem.settings.distinct:
         return None
     white = whiten(found.design, candidates[0].columns, found.solution.weights)
-    sensitivities = found.solution.covariance @ (found.solution.slopes.T @ white)
-    index = found.design.unknowns.index(damping)
-    return DampingCollinearity(
-        float(found.solution.values[index]), float(np.asarray(sensitivities)[index, 0]), float(own)
+    sensitivities = np.asarray(found.solution.covariance @ (found.solution.slopes.T @ white))[:, 0]
+    others = tuple(
+        AliasedDerivative(str(unknown[1][1]), float(sensitivities[p]), float(np.sqrt(covariance[p, p])))  # type: ignore[index]
+        for p, unknown in enumerate(unknowns)
+        if unknown[0] == "term" and unknown != damping and unknown[1][0] == MOMENT  # type: ignore[index]
     )
+    index = unknowns.index(damping)
+    return DampingCollinearity(float(found.solution.values[index]), float(sensitivities[index]), float(own), others)
