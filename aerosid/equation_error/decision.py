@@ -207,7 +207,7 @@ def decide(
 def _gains_with_evidence(
     structure: SelectedStructure, jointly: Sequence[Hypothesis], evidence: Mapping[Name, KinematicEvidence]
 ) -> dict[Label, float]:
-    """Gain in ln L of each effect of the structure, of jointly identified instrument errors by both kinds of equations."""
+    """Gain in ln L of each effect of the structure, of those identified jointly by both kinds of equations."""
     gains = gains_by_deletion(structure)
     for hypothesis in jointly:
         (active,) = effects_of(structure.estimate.point, hypothesis)
