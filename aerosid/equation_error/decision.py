@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.refutation import Refuted
 from aerosid.equation_error.joint_selection import DelaySelection, selected_jointly
 from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.declared_values import DeclaredValues
@@ -24,7 +25,7 @@ from aerosid.equation_error.regression.input_interpolation import likelier_input
 from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import Alternative, gains_by_deletion
-from aerosid.equation_error.selection.backward_elimination import Labels, eliminate_insignificant, improves_prediction
+from aerosid.equation_error.selection.backward_elimination import eliminate_insignificant, improves_prediction
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.competing_alternatives import competing_alternatives
@@ -94,8 +95,8 @@ class EquationErrorDecision:
         Instrument errors estimated from the kinematics of the identification records alone.
     hypothesis_count : int
         Number of hypotheses tested.
-    refuted : tuple of (kind, where, term)
-        Effects refuted by the validation records.
+    refuted : mapping of label to Refutation
+        Effects that were selected and refuted, with the grounds.
     damping : DampingCollinearity or None
         Part of an undeclared C_m alpha_dot_hat that the completed C_m q_hat contains.
     delay_discrepancies : tuple of DelayDiscrepancy
@@ -121,7 +122,7 @@ class EquationErrorDecision:
     gust_fraction: float
     kinematic_estimate: Estimate
     hypothesis_count: int
-    refuted: tuple[tuple[str, str, str], ...]
+    refuted: Refuted
     damping: DampingCollinearity | None = None
     delay_discrepancies: tuple[DelayDiscrepancy, ...] = ()
     joint_evidence: Mapping[Label, KinematicEvidence] = field(default_factory=dict)
@@ -239,7 +240,7 @@ class _Accepted(NamedTuple):
 
 def _accepted_structure(
     identified: SelectedStructure, search: CoefficientSearch, outcome: DelaySelection
-) -> tuple[_Accepted, Labels]:
+) -> tuple[_Accepted, Refuted]:
     """The structure without effects that instrument uncertainty could explain, and the labels of the refuted effects.
 
     An effect eliminated for that reason may have masked another, as a power of alpha does where the bias of alpha is
@@ -247,7 +248,7 @@ def _accepted_structure(
     """
     settings = search.fitted.settings
     structure, refuted = outcome.structure, outcome.refuted
-    eliminated: Labels = ()
+    eliminated: tuple[Label, ...] = ()
     for _ in range(settings.rounds):
         accepted = _significant(identified, search, outcome.delays, structure)
         removed = structure.labels_not_in(accepted.structure)
@@ -260,7 +261,7 @@ def _accepted_structure(
         if grown is accepted.structure:
             return accepted, refuted
         structure, refuted_now = eliminate_insignificant(search, grown)
-        refuted = (*refuted, *refuted_now)
+        refuted = refuted | refuted_now
     return _significant(identified, search, outcome.delays, structure), refuted
 
 

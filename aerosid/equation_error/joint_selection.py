@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.refutation import Refutation
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
@@ -30,18 +31,18 @@ from aerosid.equation_error.selection.joint_time_delays import (
     with_errors_held,
 )
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
-from aerosid.equation_error.selection.penalties import criterion_for
+from aerosid.equation_error.selection.penalties import Label, criterion_for
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 
 
 @dataclass(frozen=True)
 class DelaySelection:
-    """Time delays of instruments, the structure selected with them, and the labels refuted by validation records."""
+    """Time delays of instruments, the structure selected with them, and the refuted labels."""
 
     delays: JointDelays
     structure: SelectedStructure
-    refuted: tuple[tuple[str, str, str], ...]
+    refuted: dict[Label, Refutation]
 
 
 class JointSelection(NamedTuple):

@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from aerosid.effects import KINDS
+from aerosid.effects.refutation import Refutation, Refuted
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.loop.effect_rows import Effect
@@ -98,17 +99,20 @@ def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[Erro
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
-def notes_on_refuted(refuted: Sequence[tuple[str, str, str]], *, by_blocks: bool = False) -> list[str]:
-    """One sentence for each effect (kind, where, term) refuted by validation.
+def notes_on_refuted(refuted: Refuted, *, by_blocks: bool = False) -> list[str]:
+    """One sentence for each effect that was found on the identification flights and refuted.
 
     `by_blocks`: cross-validation on parts of the identification flights, each predicted from the rest.
     """
     predicted = "of parts of them from the rest" if by_blocks else "of the validation flights"
-    return [
-        f"{_capitalised(*label)} would improve the fit of the identification flights but degrades the prediction "
-        f"{predicted}: refuted, and not included."
-        for label in refuted
-    ]
+    words = {
+        Refutation.PREDICTION: "would improve the fit of the identification flights but degrades the prediction "
+        f"{predicted}: refuted, and not included.",
+        Refutation.OWN_FIT: "would improve the likelihood of the identification flights by their whitened residuals "
+        "alone; its coefficient itself is fitted worse with it, as where a term stands for a slow drift: refuted, and "
+        "not included.",
+    }
+    return [f"{_capitalised(*label)} {words[grounds]}" for label, grounds in refuted.items()]
 
 
 def _capitalised(kind: str, where: str, term: str) -> str:
@@ -128,7 +132,8 @@ def _place(kind: str, where: str) -> str:
 def validation_decisions(found: Attribution) -> tuple[str, ...]:
     """Effects confirmed and refuted by validation, a few words each; empty where there is none."""
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
-    return (*confirmed, *(f"refuted {named(label)}" for label in found.refuted))
+    refuted = [label for label, grounds in found.refuted.items() if grounds is Refutation.PREDICTION]
+    return (*confirmed, *(f"refuted {named(label)}" for label in refuted))
 
 
 def notes_on_coloured_noise(coloured: Sequence[tuple[str, str, float]]) -> list[str]:

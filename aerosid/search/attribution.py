@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.refutation import Refutation, Refuted
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -46,8 +47,8 @@ class Attribution:
         Indistinguishable from a finding in its place.
     rounds : tuple of tuple of Score
         The scores of all candidates at the start of each round.
-    refuted : tuple of (kind, where, term)
-        Found on the fitted flights and eliminated by cross-validation.
+    refuted : mapping of (kind, where, term) to Refutation
+        Found on the fitted flights and refuted, with the grounds.
     filter_error : FilterError or None
         The filter-error estimate of the completed structure's terms with unmodelled forces, where those lower the
         penalised cost; then `completed_deviations` are no smaller than its own.
@@ -76,7 +77,7 @@ class Attribution:
     findings: tuple[Finding, ...]
     alternatives: tuple[Finding, ...]
     rounds: tuple[tuple[Score, ...], ...]
-    refuted: tuple[tuple[str, str, str], ...] = ()
+    refuted: Refuted = field(default_factory=dict)
     filter_error: FilterError | None = None
     suggested: tuple[SuggestedTerm, ...] = ()
     confirmed: tuple[Confirmed, ...] = ()
@@ -159,7 +160,7 @@ def _attributed(search: StructureSearch, results: MultiStartResult, validation: 
     before, manoeuvres, settings = search.declared, search.manoeuvres, search.settings
     accepted = accept(search, before, results, validation)
     completed, uncertainty, forces = accepted.completed, accepted.uncertainty, accepted.forces
-    refuted = tuple(part.label for part in accepted.refuted)
+    refuted = {part.label: Refutation.PREDICTION for part in accepted.refuted}
     suggested = suggested_terms(search, completed, refuted)
     confirmed = confirmed_terms(search, completed, suggested, validation)
     if confirmed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +33,7 @@ class SuggestedTerm:
 
 
 def suggested_terms(
-    search: StructureSearch, completed: Refinement, refuted: Sequence[tuple[str, str, str]] = ()
+    search: StructureSearch, completed: Refinement, refuted: Collection[tuple[str, str, str]] = ()
 ) -> tuple[SuggestedTerm, ...]:
     """The most significant further term of each coefficient, where the model is inadequate.
 

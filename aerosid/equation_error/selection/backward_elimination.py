@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
+from aerosid.effects.refutation import Refutation
 from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.regression.design import uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, estimate
@@ -31,6 +32,7 @@ from aerosid.equation_error.selection.level_shifts import (
     shift_columns,
     shifts_of,
 )
+from aerosid.equation_error.selection.penalties import Label
 from aerosid.equation_error.selection.replication import is_needed, is_replicated
 from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.equation_error.selection.structure import (
@@ -42,16 +44,16 @@ from aerosid.equation_error.selection.structure import (
 )
 from aerosid.equation_error.selection.wald_tests import distances_from_null, least_significant
 
-Labels = tuple[tuple[str, str, str], ...]
 
-
-def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructure) -> tuple[SelectedStructure, Labels]:
-    """Backward elimination of a structure: the retained structure, and the labels refuted by validation records.
+def eliminate_insignificant(
+    search: CoefficientSearch, selected: SelectedStructure
+) -> tuple[SelectedStructure, dict[Label, Refutation]]:
+    """Backward elimination of a structure: the retained structure, and the refuted labels with their grounds.
 
     An effect is retained while it is significant on the identification records and does not worsen the prediction of
     the validation records.
     """
-    refuted: list[tuple[str, str, str]] = []
+    refuted: dict[Label, Refutation] = {}
     while True:
         fitted = on_identification_records(search, selected)
         replicated = functools.partial(is_replicated, selected, fitted)
@@ -59,10 +61,12 @@ def eliminate_insignificant(search: CoefficientSearch, selected: SelectedStructu
             search, selected, fitted
         )
         if removed is None:
-            removed = _refuted(search, selected, fitted) or _lowering_its_fit(fitted)
+            removed, grounds = _refuted(search, selected, fitted), Refutation.PREDICTION
             if removed is None:
-                return selected, tuple(refuted)
-            refuted.append(removed.hypothesis.label)
+                removed, grounds = _lowering_its_fit(fitted), Refutation.OWN_FIT
+            if removed is None:
+                return selected, refuted
+            refuted.setdefault(removed.hypothesis.label, grounds)
         search.log(f"  eliminated: {removed.hypothesis.label}")
         selected = structure_without(selected, removed)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from aerosid.effects.refutation import Refutation
 from aerosid.equation_error.selection.backward_elimination import (
-    Labels,
     eliminate_insignificant,
     improves_prediction,
     on_identification_records,
@@ -17,15 +17,17 @@ from aerosid.equation_error.selection.prior_odds import likelihood_losses, with_
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 
 
-def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> tuple[SelectedStructure, Labels]:
+def select_structure(
+    search: CoefficientSearch, initial: SelectedStructure
+) -> tuple[SelectedStructure, dict[Label, Refutation]]:
     """The structure selected by forward selection, replacement and backward elimination, and the refuted labels.
 
     Each elimination may unmask other effects, so the search is continued; an eliminated effect cannot re-enter, neither
     in addition nor as a replacement. Among the structures retained in the rounds that of highest penalised likelihood
     is returned.
     """
-    refuted: Labels = ()
-    eliminated: Labels = ()
+    refuted: dict[Label, Refutation] = {}
+    eliminated: tuple[Label, ...] = ()
     most = initial.estimate.problem.settings.most
     found = likelier_from_declared_values(search, initial, select_with_level_shifts(search, initial))
     best: SelectedStructure | None = None
@@ -35,9 +37,9 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
         visited.add(frozenset(found.labels))
         retained, refuted_now = eliminate_insignificant(search, found)
         removed = found.labels_not_in(retained)
-        refuted, eliminated = (*refuted, *refuted_now), (*eliminated, *removed)
+        refuted, eliminated = refuted | refuted_now, (*eliminated, *removed)
         # A structure with an effect that was refuted in this round is not comparable.
-        is_comparable = best is not None and not set(best.labels) & set(refuted_now)
+        is_comparable = best is not None and not set(best.labels) & refuted_now.keys()
         best = max(best, retained, key=search.penalised_likelihood) if best is not None and is_comparable else retained
         if round_ == last:
             break
@@ -53,8 +55,8 @@ def select_structure(search: CoefficientSearch, initial: SelectedStructure) -> t
 
 
 def add_terms_at_raised_odds(
-    search: CoefficientSearch, found: SelectedStructure, refuted: Labels, errors: slice
-) -> tuple[CoefficientSearch, SelectedStructure, Labels]:
+    search: CoefficientSearch, found: SelectedStructure, refuted: dict[Label, Refutation], errors: slice
+) -> tuple[CoefficientSearch, SelectedStructure, dict[Label, Refutation]]:
     """The structure with terms that are significant at raised prior odds of their coefficients, and refuted labels.
 
     Applied to the selected structure: what it explains no longer contradicts the identified instrument errors. At
@@ -87,4 +89,4 @@ def add_terms_at_raised_odds(
             retained = structure_without(retained, each)
     if not retained.labels_not_in(found):
         return search, found, refuted
-    return search, retained, (*refuted, *refuted_now)
+    return search, retained, refuted | refuted_now
