@@ -72,15 +72,15 @@ def output_error_in_calm_air(
         effects = without_eliminated(effects, completed.effects, eliminated)
         start = search.reduced_structure(replace(completed, effects=effects), [eliminated])
     before, _ = _with_measured_values_held(plain, declared_fit(), found.before.effects, {}, search.manoeuvres)
-    by_label = {part.label: part for part in parts}
-    findings = [row for row in found.findings if (row.kind, row.where, row.term) in by_label]
+    by_key = {(*part.label, part.log, part.ordinal): part for part in parts}
+    retained = {row: by_key.get((row.kind, row.where, row.term, row.log, row.ordinal)) for row in found.findings}
     return replace(
         found,
         before=before,
         completed=completed,
         completed_deviations=uncertainty,
-        findings=tuple(_with_numbers(row, by_label[row.kind, row.where, row.term], decision) for row in findings),
-        eliminated=tuple(row for row in found.findings if row not in findings),
+        findings=tuple(_with_numbers(row, part, decision) for row, part in retained.items() if part is not None),
+        eliminated=tuple(row for row, part in retained.items() if part is None),
         regressed=False,
         re_estimator=partial(_re_estimated, measured=measured, manoeuvres=search.manoeuvres),
     )
@@ -186,6 +186,7 @@ def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> 
         row,
         value=part.value,
         std_error=part.std_error,
+        time=part.time,
         parameters=part.parameters,
         p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * decision.hypothesis_count)),
     )

@@ -224,6 +224,7 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         unit=active.effect.parameters[0].unit if active is not None else "1",
         time=instant_if_step(active),
         log=log_of_step(active),
+        ordinal=active.ordinal if active is not None else 1,
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),

@@ -64,6 +64,16 @@ class Part:
         """Of a step change, s."""
         return instant_if_step(self.active)
 
+    @property
+    def log(self) -> str:
+        """Of a step change: the log that it belongs to."""
+        return log_of_step(self.active)
+
+    @property
+    def ordinal(self) -> int:
+        """Which of several step changes in one place it is, from 1."""
+        return self.active.ordinal if self.active is not None else 1
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -81,6 +91,8 @@ class Finding:
         Of a step change, s.
     log : str
         Of a step change: the log that it belongs to.
+    ordinal : int
+        Which of several step changes in one place it is, from 1.
     p_value : float
         Under the null hypothesis, times the number of hypotheses tested (Bonferroni).
     gain : float
@@ -117,6 +129,7 @@ class Finding:
     along: str = ""
     unseen_better: bool | None = None
     log: str = ""
+    ordinal: int = 1
 
 
 def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") -> Finding:
@@ -131,7 +144,8 @@ def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") ->
         std_error=part.std_error,
         unit=part.active.effect.parameters[0].unit if part.active is not None else "1",
         time=part.time,
-        log=log_of_step(part.active),
+        log=part.log,
+        ordinal=part.ordinal,
         p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * tested)),
         gain=gain,
         instead_of=instead_of,

@@ -1,5 +1,7 @@
 """The output-error estimate of the structure found by equation error, on two records with different trim."""
 
+from dataclasses import replace
+
 import lateral_flights as commuter
 import numpy as np
 import pytest
@@ -53,3 +55,18 @@ def test_an_eliminated_part_is_removed_from_the_start_though_its_values_have_cha
     gone = Part(None, moved[0], 1e-5, 0.0, 6e-5)
     assert without_eliminated(begun, (*moved, moved[1]), gone) == begun[1:]
     assert without_eliminated(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun
+
+
+def test_two_step_changes_of_one_coefficient_keep_their_own_values_and_instants() -> None:
+    """Both were given the value of one, and the completed aircraft was 'wrong' on the same flight flown again."""
+    flown = commuter.Lateral(seed=31, duration=24.0, extra={("C_n", "gear"): 1.0})
+    unseen = commuter.Lateral(seed=33, duration=24.0).log(mirrored=True, name="unseen")
+    flown = replace(flown, inputs={"gear": 0.004 * (flown.time >= 4.2) - 0.006 * (flown.time >= 16.5)})
+    found = close_loop([flown.log(name="one")], commuter.aircraft(commuter.SIDE, 0.95), [unseen], EQUATIONS)
+    later, earlier = sorted(found.effects, key=lambda effect: -(effect.time or 0.0))
+    for effect, size, instant in ((later, -0.006, 16.5), (earlier, 0.004, 4.2)):
+        assert (effect.kind, effect.where) == ("step_change", "C_n")
+        assert effect.std_error is not None
+        assert abs(effect.value - size) < 4.0 * effect.std_error
+        assert effect.time == pytest.approx(instant, abs=0.05)
+        assert effect.evidence.validation_gain is not None
