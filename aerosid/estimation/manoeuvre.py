@@ -14,6 +14,7 @@ from aerosid.estimation.preparation_settings import PREPARATION
 from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL, Axes, input_columns_of, state_vector
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
+from aerosid.flight_model.vane import alpha_at_centre
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.notation import plain
@@ -171,9 +172,9 @@ def _ground(log: FlightLog) -> float:
 
 def _vane_motion(log: FlightLog) -> NDArray[np.float64]:
     """Angle of attack at the centre of gravity less that at the vane, (N,) rad."""
-    ahead, right, _ = log.positions["alpha"]
-    p, q = (np.nan_to_num(log[name]) if name in log else np.zeros(log.time.size) for name in ("p", "q"))
-    return np.nan_to_num((q * ahead - p * right) / log["V"])
+    p, q, r = (np.nan_to_num(log[name]) if name in log else np.zeros(log.time.size) for name in ("p", "q", "r"))
+    alpha = log["alpha"]
+    return np.nan_to_num(alpha_at_centre(alpha, log.positions["alpha"], p, q, r, log["V"]) - alpha)
 
 
 def _substeps(log: FlightLog, aircraft: Aircraft, inputs: NDArray[np.float64]) -> int:
@@ -216,12 +217,16 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
         value = first.get(name, columns.get(name, 0.0))
         return value if np.isfinite(value) else 0.0
 
-    def arm(name: str, axis: int) -> float:
-        return float(flight.positions[axes.outputs.index(name), axis]) if name in axes.outputs else 0.0
+    def place(name: str) -> tuple[float, float, float]:
+        if name not in axes.outputs:
+            return 0.0, 0.0, 0.0
+        ahead, right, below = flight.positions[axes.outputs.index(name)].tolist()
+        return ahead, right, below
 
     speed, p, q, r, theta = held("V"), held("p"), held("q"), held("r"), held("theta")
-    alpha = held("alpha") + q * arm("alpha", 0) / speed
-    beta = held("beta") - (arm("beta", 0) * r - arm("beta", 2) * p) / speed
+    alpha = alpha_at_centre(held("alpha"), place("alpha"), p, q, r, speed)
+    ahead, _, below = place("beta")
+    beta = held("beta") - (ahead * r - below * p) / speed
     if "theta" in first and not np.isfinite(first["theta"]):
         a_x = first.get("a_x", np.nan)
         theta = float(np.arcsin(np.clip(a_x / GRAVITY, -0.9, 0.9))) if np.isfinite(a_x) else alpha

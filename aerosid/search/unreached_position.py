@@ -75,7 +75,7 @@ def with_unreached_positions(
     for active in found.completed.effects:
         if (*active.name, "") not in named or not _is_never_reached(active, search.manoeuvres, settings):
             continue
-        derivative = _of_moment(aircraft, active.effect.where)
+        derivative = derivative_of_moment(aircraft, active.effect.where, settings)
         entry = None if derivative is None else (derivative.coefficient, derivative.term)
         if derivative is not None and entry in found.completed.free:
             unreached.append(_unreached(found, active, derivative))
@@ -117,10 +117,14 @@ def _is_never_reached(
     return compared
 
 
-def _of_moment(aircraft: Aircraft, channel: str) -> Derivative | None:
-    """The declared moment derivative of a control that is known best in relation to its size."""
-    own = [d for d in aircraft.derivatives if str(d.term) == channel and d.coefficient in ("C_m", "C_l", "C_n")]
-    return max(own, key=lambda d: abs(d.value) / (d.sigma or 1.0), default=None)
+def derivative_of_moment(aircraft: Aircraft, channel: str, settings: UnreachedPositionSettings) -> Derivative | None:
+    """The declared moment derivative of a control that is known best in relation to its size; none that is zero."""
+    own = [
+        d
+        for d in aircraft.derivatives
+        if str(d.term) == channel and d.coefficient in ("C_m", "C_l", "C_n") and d.value != 0.0
+    ]
+    return min(own, key=lambda d: (_relative(d, settings), -abs(d.value)), default=None)
 
 
 def _relative(derivative: Derivative, settings: UnreachedPositionSettings) -> float:

@@ -11,6 +11,9 @@ from aerosid.signals.resampling import low_pass_to, median_step
 
 FloatArray = NDArray[np.float64]
 
+WORST_CONDITION = 1e7
+"""Numerical: condition number of scaled columns from which rounding decides what they determine."""
+
 
 @dataclass(frozen=True)
 class AlignmentSettings:
@@ -22,12 +25,15 @@ class AlignmentSettings:
         s; offsets up to this are tried.
     least_correlation : float
         Of the records laid over each other; below, they do not show the same thing.
+    least_motion : float
+        Standard deviation where the records overlap over that of the whole record; below, the signal is still there.
     rounds : int
         At most so many Gauss-Newton steps; they end far earlier.
     """
 
     largest_offset: float = 30.0
     least_correlation: float = 0.5
+    least_motion: float = 1e-3
     rounds: int = 30
 
 
@@ -73,7 +79,7 @@ def fit_clocks(
     other_values: FloatArray,
     settings: AlignmentSettings | None = None,
 ) -> ClockFit | None:
-    """Offset and drift of the other record's clock against the first's; None where the two do not agree.
+    """Offset and drift of the other record's clock against the first's; None where the two do not agree or tell none.
 
     Parameters
     ----------
@@ -114,12 +120,17 @@ def fit_clocks(
         if np.count_nonzero(inside) < 20:
             return None
         x, slope = first(mine[inside]), first(mine[inside], 1)
+        parts = (np.std(x) / np.std(values), np.std(target[inside]) / np.std(target))
+        if min(parts) < settings.least_motion:
+            return None  # a signal that is still agrees with any other
         gain, bias = np.polynomial.polynomial.polyfit(x, target[inside], 1)[::-1]
         residual = target[inside] - gain * x - bias
         from_middle = mine[inside] - at
         design = np.column_stack([-gain * slope, -gain * slope * from_middle, x, np.ones_like(x)])
         turned = second(grid[inside], 1)
         instruments = np.column_stack([-turned, -turned * from_middle, x, np.ones_like(x)])
+        if not _is_determined(design):
+            return None  # as of a ramp, which is itself at any offset
         change = np.linalg.solve(instruments.T @ design, instruments.T @ residual)
         offset, drift = offset + change[0], drift + change[1]
         if abs(change[0]) < 1e-9 and abs(change[1]) < 1e-12:
@@ -131,6 +142,12 @@ def fit_clocks(
     return ClockFit(
         float(offset), float(offset_std), float(drift), float(drift_std), float(at), float(gain), correlation
     )
+
+
+def _is_determined(design: FloatArray) -> bool:
+    """Whether a least-squares problem (N, K) determines all of its unknowns, whatever their units."""
+    size = np.linalg.norm(design, axis=0)
+    return bool(np.all(size > 0.0)) and np.linalg.cond(design / size) < WORST_CONDITION
 
 
 def _even(time: FloatArray, values: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:

@@ -64,3 +64,15 @@ def test_records_of_different_things_are_not_aligned() -> None:
     rng = np.random.default_rng(2)
     time = np.arange(0.0, 100.0, 0.1)
     assert fit_clocks(time, rng.normal(size=1000), time, rng.normal(size=1000)) is None
+
+
+@pytest.mark.parametrize("begun", [40.0, 55.0])
+def test_records_that_are_still_where_they_overlap_are_not_aligned(begun: float) -> None:
+    """One recorder was switched off before the other's signal moved: nothing tells their clocks apart."""
+    time, other = np.arange(0.0, 60.0, 0.1), np.arange(begun, 120.0, 0.1)
+    assert fit_clocks(time, 0.25 * (time < 1.0), other, 0.25 * (other > 119.0)) is None
+
+
+def test_a_steady_ramp_tells_no_offset() -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    assert fit_clocks(time, 0.01 * time, time, 0.01 * time) is None

@@ -42,6 +42,7 @@ from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
+from aerosid.flight_model.vane import alpha_at_centre
 
 Array = NDArray[np.float64]
 
@@ -342,8 +343,5 @@ def _alpha_at_centre(
     """Angle of attack at the centre of gravity from that of the vane, to first order in the rates."""
     if "alpha" not in recording.channels:
         return alpha  # a measured input is corrected on reading
-    x, y, z = position(recording, effects, "alpha")
-    if not (x or y or z):
-        return alpha
-    p, q = rates.p, rates.q
-    return np.asarray(alpha + (q * x - p * y) / speed * np.cos(alpha) + q * z / speed * np.sin(alpha))
+    ahead, right, below = position(recording, effects, "alpha").tolist()
+    return alpha_at_centre(alpha, (ahead, right, below), rates.p, rates.q, rates.r, speed)

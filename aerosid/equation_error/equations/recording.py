@@ -244,12 +244,14 @@ def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
 
 def _regular(manoeuvre: Manoeuvre, fitted: bool) -> Recording:
     flight = manoeuvre.flight
-    interval = float(np.round(np.median(np.diff(flight.time)), 6))
-    count = int(np.floor((flight.time[-1] - flight.time[0]) / interval + 1e-6)) + 1
-    time = flight.time[0] + interval * np.arange(count)
-    is_irregular = count != flight.time.size or float(np.abs(time - flight.time[:count]).max()) > IRREGULAR * interval
-    if not is_irregular:
-        time = flight.time
+    time = flight.time
+    interval = float(np.round(np.median(np.diff(time)), 6))
+    # Against the grid between its ends: over a long record the rounding of the interval adds up to a whole sample.
+    even = np.linspace(time[0], time[-1], time.size)
+    is_irregular = float(np.abs(time - even).max()) > IRREGULAR * interval
+    if is_irregular:
+        count = int(np.floor((time[-1] - time[0]) / interval + 1e-6)) + 1
+        time = time[0] + interval * np.arange(count)
     channels = {}
     for name in manoeuvre.outputs:
         values = flight.measured[:, manoeuvre.axes.outputs.index(name)]
