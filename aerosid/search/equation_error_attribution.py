@@ -19,7 +19,8 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import instant_if_step, is_step_change
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
+from aerosid.equation_error.regression.colour_convergence import converged
+from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
@@ -98,7 +99,7 @@ def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuv
         if simulated in start.effects
     )
     point = Point(start.model, start.free, effects)
-    found = maximise_likelihood(completed.problem, point).point
+    found = converged(estimate(completed.problem, point)).point
     held = tuple(map(frozen, found.effects))
     return replace(with_initial_states(found.model, (), held, manoeuvres), seen_on_others=decision.level_shifts)
 
