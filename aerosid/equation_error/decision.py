@@ -52,6 +52,14 @@ from aerosid.equation_error.selection.near_significant import (
     with_validation_fits,
 )
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, Name, effects_of
+from aerosid.equation_error.selection.regressor_errors import (
+    RegressorErrors,
+    instrumental_values,
+    regressor_errors,
+    with_instrumental_values,
+    with_regressor_errors,
+    with_values,
+)
 from aerosid.equation_error.selection.replication import is_replicated
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
@@ -109,6 +117,8 @@ class EquationErrorDecision:
         Scale factors of vanes that the standard errors contain, at their posterior root-mean-square size.
     level_shifts : mapping of str to tuple of ActiveEffect
         Step changes of validation and further records, by the name of each record.
+    regressor_errors : tuple of RegressorErrors
+        Coefficients whose derivatives errors in the regressors bias.
     """
 
     findings: tuple[EffectEstimate, ...]
@@ -129,6 +139,7 @@ class EquationErrorDecision:
     near_significant: tuple[NearSignificant, ...] = ()
     uncertain_scales: tuple[ActiveEffect, ...] = ()
     level_shifts: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict)
+    regressor_errors: tuple[RegressorErrors, ...] = ()
 
 
 def decide(
@@ -154,32 +165,33 @@ def decide(
     """
     start, hypotheses = errors.start, errors.hypotheses
     settings = errors.selected.estimate.problem.settings
-    sensors = [h for h in hypotheses if is_instrument_error(h)]
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
     joint = selected_jointly(errors, errors.selected, tuple(coefficients), values, log)
     identified, other_delays, search, outcome = joint
     fitted, evidence = search.fitted, search.criterion.evidence
-    (structure, on_fitted, completed, covariance), refuted = _accepted_structure(identified, search, outcome)
+    (structure, on_fitted, regressed, covariance, biased), refuted = _accepted_structure(identified, search, outcome)
     fitted_estimate, chosen = on_fitted.estimate, (*identified.chosen, *structure.chosen)
+    adopted = [row for row in biased if row.adopted]
+    completed = with_values(regressed, instrumental_values(adopted))
     jointly = [each.hypothesis for each in structure.chosen if distinct_name(each.hypothesis) in evidence]
     of_errors, of_structure = (
-        competing_alternatives(identified, sensors),
+        competing_alternatives(identified, [h for h in hypotheses if is_instrument_error(h)]),
         competing_alternatives(structure, search.hypotheses_except(refuted)),
     )
     gains = {**gains_by_deletion(identified), **_gains_with_evidence(structure, jointly, evidence)}
     findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
     other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
     # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
-    excluded_labels = {*refuted, *(hypothesis.label for hypothesis in jointly)}
-    before = converged(estimate(fitted_estimate.problem, start))
+    excluded = {*refuted, *(h.label for h in jointly), *(row.hypothesis.label for row in other_delays)}
+    alternatives = (*other_delays, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
+    before = _declared_alike(estimate(fitted_estimate.problem, start), adopted)
     compared = as_compared(fitted_estimate.problem)
-    of_errors = tuple(row for row in of_errors if row.hypothesis.label not in excluded_labels)
-    alternatives = (*other_delays, *_not_among(other_delays, of_errors), *of_structure)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
     after = fits_of(compared, completed)
     listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
     omitted = _omitted(errors, identified, structure, search, listed)
-    averaged = averaged_covariance(completed, covariance, fitted_estimate, alternatives, derivatives, omitted)
+    averaged = averaged_covariance(regressed, covariance, fitted_estimate, alternatives, derivatives, omitted)
+    reported = with_values(fitted_estimate, instrumental_values(adopted))
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
@@ -193,7 +205,7 @@ def decide(
         kinematic_estimate=on_identification_records(identified).estimate,
         hypothesis_count=len(hypotheses),
         refuted=refuted,
-        damping=damping_collinearity(fitted_estimate, averaged),
+        damping=damping_collinearity(reported, averaged),
         delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
@@ -202,7 +214,13 @@ def decide(
             **shifts_by_record(structure.estimate),
             **shifts_of_further(fitted_estimate, further, coefficients, search.criterion),
         },
+        regressor_errors=biased,
     )
+
+
+def _declared_alike(declared: Estimate, adopted: Sequence[RegressorErrors]) -> Estimate:
+    """The declared structure's estimate, its coefficients by the method by which those of the completed one are."""
+    return with_instrumental_values(converged(declared), {row.coefficient for row in adopted})
 
 
 def _gains_with_evidence(
@@ -230,12 +248,16 @@ def _omitted(
 
 
 class _Accepted(NamedTuple):
-    """A structure, its fit to the identification records, and estimate and covariance with the instrument errors."""
+    """A structure, its fit to the identification records, and estimate and covariance with the instrument errors.
+
+    `covariance` contains the errors in the regressors of the `biased` coefficients.
+    """
 
     structure: SelectedStructure
     on_fitted: SelectedStructure
     completed: Estimate
     covariance: Array
+    biased: tuple[RegressorErrors, ...]
 
 
 def _accepted_structure(
@@ -275,10 +297,13 @@ def _significant(
         on_fitted = converged(likelier_input_interpolation(estimate(search.fitted, point, weights)))
         fitted = SelectedStructure(on_fitted, structure.chosen)
         completed, covariance = _with_covariance(delays, fitted, structure)
+        added = {entry for each in structure.chosen for entry in each.hypothesis.entries}
+        biased = regressor_errors(fitted.estimate, added)
+        covariance = with_regressor_errors(covariance, fitted.estimate, biased)
         findings = effect_estimates(completed, covariance, (*identified.chosen, *structure.chosen))
         insignificant = least_significant_of(findings, structure.chosen, search.fitted.settings.deviations)
         if insignificant is None:
-            return _Accepted(structure, fitted, completed, covariance)
+            return _Accepted(structure, fitted, completed, covariance, biased)
         search.log(f"  not significant with instrument uncertainty: {insignificant.hypothesis.label}")
         structure = structure_without(structure, insignificant)
 
@@ -295,9 +320,3 @@ def _with_covariance(
     replicated = functools.partial(is_replicated, structure, on_fitted)
     confirmed = confirmed_unknowns(completed, covariance, structure.chosen, replicated)
     return with_instrument_errors(delays, on_fitted.estimate, confirmed) if confirmed else (completed, covariance)
-
-
-def _not_among(known: Sequence[Alternative], rows: Sequence[Alternative]) -> list[Alternative]:
-    """The rows whose hypotheses are not among the known ones."""
-    labels = {row.hypothesis.label for row in known}
-    return [row for row in rows if row.hypothesis.label not in labels]

@@ -225,6 +225,9 @@ class EquationErrorSettings:
         periods.
     laguerre_order : int
         Functions of each set: twice an oscillation's two states and a delay.
+    regressor_order, regressor_false_alarm, regressor_doubt : int, float, float
+        Functions of each set with which least squares is compared (few: each draws the estimate towards least squares);
+        probabilities of the difference below which standard errors contain it, and instrumental variables are reported.
     usual_excess : float
         Expected power of whitened kinematic residuals in the space of the instrumental variables over their power in
         all directions, 1: four poles do not whiten slow noise. Mean of 40 simulated flights in turbulence with nothing
@@ -306,6 +309,9 @@ class EquationErrorSettings:
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
     laguerre_slower: float = 8.0
     laguerre_order: int = 5
+    regressor_order: int = 2
+    regressor_false_alarm: float = 0.05
+    regressor_doubt: float = 0.01
     distinct: float = 0.01
     overwhelming: float = 10.0
     alike: float = 8.0

@@ -9,6 +9,7 @@ from aerosid.equation_error.selection.damping_collinearity import USUAL, Damping
 from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
+from aerosid.equation_error.selection.regressor_errors import RegressorErrors
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.notation import listed, number, si_unit, with_deviation
 from aerosid.search.findings import named
@@ -78,6 +79,30 @@ def note_on_vane_scale(active: ActiveEffect) -> str | None:
         f'calibrated better than that, declare so in the aircraft file: kind = "sensor_scale", where = "{where}", '
         "value = 1.0 in [[effects]]."
     )
+
+
+def note_on_regressor_errors(biased: RegressorErrors) -> str | None:
+    """Note on a coefficient whose derivatives by instrumental variables are others than by least squares.
+
+    None where none differs by more than its standard error.
+    """
+    apart = sorted(biased.derivatives, key=lambda each: -abs(each.instrumental - each.value) / each.std_error)
+    beyond = [each for each in apart if abs(each.instrumental - each.value) > each.std_error]
+    if not beyond:
+        return None
+    values = [
+        f"{each.entry[1]} of {with_deviation(each.instrumental, each.std_error)} and {number(each.value)}"
+        for each in beyond
+    ]
+    cause = (
+        f"{biased.coefficient}: the response to the controls alone (instrumental variables) and least squares give "
+        f"{listed(values)}; chance explains the differences with p = {number(biased.p_value, 2)}. Errors of the "
+        "measured angles and rates draw least squares towards zero, or the controls respond to gusts, as those of an "
+        "autopilot do, and instrumental variables are biased."
+    )
+    if biased.adopted:
+        return f"{cause} The former predict the coefficient as well or better, and are reported."
+    return f"{cause} The latter are reported, and their standard errors contain the differences."
 
 
 def note_on_damping(damping: DampingCollinearity) -> str:

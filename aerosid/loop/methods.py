@@ -18,6 +18,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_damping,
     note_on_delay,
     note_on_near_significant,
+    note_on_regressor_errors,
     note_on_supported_error,
     note_on_vane_scale,
 )
@@ -170,6 +171,7 @@ def _by_equations(
     )
     notes += tuple(note_on_near_significant(row) for row in decision.near_significant)
     notes += tuple(note for scale in decision.uncertain_scales if (note := note_on_vane_scale(scale)))
+    notes += tuple(note for row in decision.regressor_errors if (note := note_on_regressor_errors(row)))
     if decision.damping is not None:
         notes = (*notes, note_on_damping(decision.damping))
     if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:

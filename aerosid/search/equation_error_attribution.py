@@ -22,6 +22,7 @@ from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.regressor_errors import with_instrumental_values
 from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.errors import EstimationError
@@ -99,7 +100,8 @@ def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuv
         if simulated in start.effects
     )
     point = Point(start.model, start.free, effects)
-    found = converged(estimate(completed.problem, point)).point
+    adopted = {row.coefficient for row in decision.regressor_errors if row.adopted}
+    found = with_instrumental_values(converged(estimate(completed.problem, point)), adopted).point
     held = tuple(map(frozen, found.effects))
     return replace(with_initial_states(found.model, (), held, manoeuvres), seen_on_others=decision.level_shifts)
 
