@@ -158,7 +158,8 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     effects = effect_rows(completed, {}, *gains)
     rows = known.rows(None)
     summary = summarise(known.verdict, effects, tuple(errors))
-    patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft)
+    inertia = settings.attribution.inertia
+    patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft, inertia)
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
@@ -293,6 +294,7 @@ def _notes(
     """Notes of the report: assumptions made on reading the logs, then remarks of each stage."""
     identified, found = judged.identified, judged.completion.found
     others = identified.validation
+    names = [manoeuvre.log.name for manoeuvre in others]
     return (
         *_read(identified.manoeuvres, (*others, *identified.hold_out)),
         *(note_on_missing_chain(identified.manoeuvres) if pictures is None and settings.paper_chain else ()),
@@ -301,7 +303,7 @@ def _notes(
         *notes_on_refuted(found.refuted, by_blocks=not others),
         *note_on_indistinguishable_terms(identified.rivals),
         *note_on_eliminated(found, settings.attribution.final_deviations),
-        *note_on_confirmed(found.confirmed, [manoeuvre.log.name for manoeuvre in others], found.findings),
+        *note_on_confirmed(found.confirmed, names, found.findings, settings.attribution.suggestion),
         *note_on_suggested(found.suggested),
         *notes_on_coloured_noise(coloured_noise(found.completed, identified.manoeuvres)),
         *notes_on_step_changes(found, (*others, *identified.hold_out)),

@@ -21,6 +21,7 @@ from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import listed, number, with_deviation
 from aerosid.search.declared_inertia import InertiaChange, inertia_change, sentence_on_inertia
+from aerosid.search.settings import DeclaredInertiaSettings
 
 __all__ = ["PatternSettings", "notes_on_patterns"]
 
@@ -86,7 +87,8 @@ LIFTING = ("C_Z", "C_L")
 def notes_on_patterns(
     rows: Sequence[DerivativeRow],
     errors: Sequence[ErrorRow],
-    aircraft: Aircraft | None = None,
+    aircraft: Aircraft | None,
+    inertia: DeclaredInertiaSettings,
     settings: PatternSettings = USUAL,
 ) -> tuple[str, ...]:
     """One sentence for each pattern, whatever the verdict.
@@ -97,8 +99,10 @@ def notes_on_patterns(
         The derivatives; insignificant ones are not tested.
     errors : sequence of ErrorRow
         Of the logs that were fitted and others.
-    aircraft : Aircraft, optional
+    aircraft : Aircraft or None
         Whose derivatives they are, for the position of the accelerometer.
+    inertia : DeclaredInertiaSettings
+        From when derivatives of roll and yaw are a wrong product of inertia.
     """
     tested = [row for row in rows if _known(row)]
     misread = _misread_airspeed(tested, settings)
@@ -113,8 +117,8 @@ def notes_on_patterns(
             return ""
         return _accelerometer_of(row, tested, aircraft)
 
-    inertia = _product_of_inertia(rows, aircraft)
-    by_inertia = set() if inertia is None else {(c, str(term)) for c, term in inertia.explained}
+    change = _product_of_inertia(rows, aircraft, inertia)
+    by_inertia = set() if change is None else {(c, str(term)) for c, term in change.explained}
     sigmas = {} if aircraft is None else {(d.coefficient, str(d.term)): d.sigma for d in aircraft.derivatives}
 
     def sentence_on(row: DerivativeRow) -> str | None:
@@ -128,7 +132,7 @@ def notes_on_patterns(
         for row in (() if misread else tested)  # every one of them is off
         if row.term not in turned and (row.coefficient, row.term) not in by_inertia and (sentence := sentence_on(row))
     ]
-    coupled = () if inertia is None else (sentence_on_inertia(inertia),)
+    coupled = () if change is None else (sentence_on_inertia(change),)
     return (
         *misread,
         *(sentence for _, sentence in common),
@@ -139,7 +143,9 @@ def notes_on_patterns(
     )
 
 
-def _product_of_inertia(rows: Sequence[DerivativeRow], aircraft: Aircraft | None) -> InertiaChange | None:
+def _product_of_inertia(
+    rows: Sequence[DerivativeRow], aircraft: Aircraft | None, settings: DeclaredInertiaSettings
+) -> InertiaChange | None:
     """The change of I_xz that explains how the derivatives of roll and yaw differ; None where none does."""
     if aircraft is None:
         return None
@@ -149,7 +155,7 @@ def _product_of_inertia(rows: Sequence[DerivativeRow], aircraft: Aircraft | None
         value, error = known.get((derivative.coefficient, str(derivative.term)), (0.0, None))
         if error is not None:
             estimates[derivative.coefficient, derivative.term] = value, error
-    return inertia_change(estimates, aircraft)
+    return inertia_change(estimates, aircraft, settings)
 
 
 def _known(row: DerivativeRow) -> bool:

@@ -242,7 +242,9 @@ def _likelihood_result(
     found = eliminate_by_wald_test(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
-    rivals = indistinguishable_terms(found, problem.manoeuvres, search.hypotheses)
+    rivals = indistinguishable_terms(
+        found, problem.manoeuvres, search.hypotheses, settings.attribution.coefficient_rivals
+    )
     found, unreached = with_unreached_positions(found, problem.aircraft, search)
     return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),

@@ -27,10 +27,6 @@ from aerosid.search.suggested_terms import SuggestedTerm, reason
 VALIDATION_ESTIMATE = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """Start of the fit with unmodelled forces: a tenth of a standard deviation is accurate enough."""
 
-
-USUAL = SuggestionSettings()
-"""The default settings."""
-
 BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
 """The measured body-axis coefficient nearest to each wind-axis coefficient."""
 
@@ -96,8 +92,8 @@ def with_confirmed(search: StructureSearch, completed: Refinement, entries: Sequ
 def note_on_confirmed(
     confirmed: Sequence[Confirmed],
     flights: Sequence[str],
-    findings: Sequence[Finding] = (),
-    settings: SuggestionSettings = USUAL,
+    findings: Sequence[Finding],
+    settings: SuggestionSettings,
 ) -> list[str]:
     """One sentence per confirmed term, for the notes: the final value, and the validation flights' own estimate.
 

@@ -29,9 +29,6 @@ from aerosid.search.settings import DeclaredInertiaSettings
 LABEL = ("inertia", "I_xz", "")
 """Kind, place and term of the effect."""
 
-USUAL = DeclaredInertiaSettings()
-"""The default settings."""
-
 Estimates = Mapping[Entry, tuple[float, float]]
 """Values of entries with their standard errors."""
 
@@ -59,9 +56,7 @@ class InertiaChange:
     gain: float
 
 
-def inertia_change(
-    estimates: Estimates, aircraft: Aircraft, settings: DeclaredInertiaSettings = USUAL
-) -> InertiaChange | None:
+def inertia_change(estimates: Estimates, aircraft: Aircraft, settings: DeclaredInertiaSettings) -> InertiaChange | None:
     """The change of I_xz that explains how estimates differ from declared values; None where none does.
 
     Parameters

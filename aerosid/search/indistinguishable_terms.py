@@ -25,9 +25,6 @@ from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, Part, finding_among, labels, named
 from aerosid.search.settings import IndistinguishableTermSettings
 
-USUAL = IndistinguishableTermSettings()
-"""The default settings."""
-
 RECORDED_RATE = "recorded_alpha_dot_hat"
 """Column of the nondimensional derivative of the recorded alpha, the regressor of a fit to one coefficient."""
 
@@ -59,7 +56,7 @@ def indistinguishable_terms(
     found: Attribution,
     manoeuvres: Sequence[Manoeuvre],
     hypotheses: Sequence[Hypothesis],
-    settings: IndistinguishableTermSettings = USUAL,
+    settings: IndistinguishableTermSettings,
 ) -> list[IndistinguishableTerm]:
     """For each found sensor or control effect, the term that imitates it best in one coefficient alone.
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 
-from aerosid.aircraft import load_aircraft
+from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.loop.declared_patterns import notes_on_patterns
 from aerosid.loop.derivative_table import DerivativeRow
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
+from aerosid.search.settings import DeclaredInertiaSettings
 
 DECLARED = {
     ("C_X", "alpha"): 0.3,
@@ -23,6 +25,12 @@ DECLARED = {
     ("C_m", "q_hat"): -16.0,
     ("C_m", "delta_e"): -1.5,
 }
+
+
+def notes(
+    table: Sequence[DerivativeRow], errors: Sequence[ErrorRow], aircraft: Aircraft | None = None
+) -> tuple[str, ...]:
+    return notes_on_patterns(table, errors, aircraft, DeclaredInertiaSettings())
 
 
 def rows(**factors: float) -> list[DerivativeRow]:
@@ -39,11 +47,11 @@ def rows(**factors: float) -> list[DerivativeRow]:
 
 
 def test_what_is_as_declared_says_nothing() -> None:
-    assert notes_on_patterns(rows(), []) == ()
+    assert notes(rows(), []) == ()
 
 
 def test_common_factors_of_lift_and_moment_are_told_apart() -> None:
-    said = notes_on_patterns(rows(C_Z=1.25, C_m=1.6), [])
+    said = notes(rows(C_Z=1.25, C_m=1.6), [])
     assert len(said) == 2
     assert said[0].startswith("All derivatives of C_Z are 1.25 times")
     assert "mass, wing area or air density" in said[0]
@@ -63,16 +71,16 @@ def test_common_factors_of_lift_and_moment_are_told_apart() -> None:
 def test_an_airspeed_in_another_unit_is_one_pattern_of_all_coefficients(speed: float, words: str) -> None:
     """Dynamic pressure is off by the square; rates over the airspeed, and what else is wrong, hide in the others."""
     off = {"C_X": 1.1, "C_Z": 0.9, "C_m": 1.0}
-    (said,) = notes_on_patterns(rows(**{name: factor / speed**2 for name, factor in off.items()}, C_Z_q_hat=1.1), [])
+    (said,) = notes(rows(**{name: factor / speed**2 for name, factor in off.items()}, C_Z_q_hat=1.1), [])
     assert words in said
     assert "The static derivatives of C_X, C_Z and C_m are" in said
 
 
 def test_a_factor_of_forces_alone_or_of_no_unit_is_no_airspeed() -> None:
     for factors in ({"C_X": 0.265, "C_Z": 0.265}, {"C_X": 0.5, "C_Z": 0.5, "C_m": 0.5}):
-        assert not any("airspeed" in sentence for sentence in notes_on_patterns(rows(**factors), []))
+        assert not any("airspeed" in sentence for sentence in notes(rows(**factors), []))
     uncertain = [replace(row, std_error=0.3 * abs(row.value)) for row in rows(C_X=0.265, C_Z=0.265, C_m=0.265)]
-    assert not any("airspeed" in sentence for sentence in notes_on_patterns(uncertain, []))
+    assert not any("airspeed" in sentence for sentence in notes(uncertain, []))
 
 
 @pytest.mark.parametrize(
@@ -86,13 +94,13 @@ def test_a_factor_of_forces_alone_or_of_no_unit_is_no_airspeed() -> None:
     ],
 )
 def test_a_single_derivative_is_told_with_its_factor(name: str, factor: float, words: str) -> None:
-    (said,) = notes_on_patterns(rows(**{name: factor}), [])
+    (said,) = notes(rows(**{name: factor}), [])
     assert words in said
 
 
 def test_what_the_record_does_not_show_is_not_asked() -> None:
     hidden = [replace(row, shown=False) for row in rows(C_m_alpha=57.3, C_Z=1.3)]
-    assert notes_on_patterns(hidden, []) == ()
+    assert notes(hidden, []) == ()
 
 
 def test_a_derivative_that_contradicts_its_a_priori_deviation_is_told() -> None:
@@ -102,7 +110,7 @@ def test_a_derivative_that_contradicts_its_a_priori_deviation_is_told() -> None:
 
     def told(value: float) -> tuple[str, ...]:
         row = DerivativeRow("C_m", "alpha", derivative.value, value, value, 0.01, 0.01, None, None, None, shown=True)
-        return notes_on_patterns([row], [], aircraft)
+        return notes([row], [], aircraft)
 
     both = math.hypot(derivative.sigma, 0.01)
     (said,) = told(derivative.value - 6.0 * both)
@@ -115,11 +123,11 @@ def test_worse_on_its_own_data_is_said() -> None:
     def row(channel: str, before: float, after: float, role: str = "identification") -> ErrorRow:
         return ErrorRow("flight", role, channel, "rad", 1.0, before, after, after, 0.001)
 
-    (said,) = notes_on_patterns([], [row("q", 0.01, 0.012), row("alpha", 0.02, 0.03)])
+    (said,) = notes([], [row("q", 0.01, 0.012), row("alpha", 0.02, 0.03)])
     assert "worse than the declared structure" in said
     assert "1.50 in alpha" in said
-    assert notes_on_patterns([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
-    assert notes_on_patterns([], [row("q", 0.01, 0.03, "validation")]) == ()
+    assert notes([], [row("q", 0.01, 0.009), row("alpha", 0.02, 0.0201)]) == ()
+    assert notes([], [row("q", 0.01, 0.03, "validation")]) == ()
 
 
 def test_a_vague_factor_near_a_half_is_not_asked_after() -> None:
@@ -128,19 +136,19 @@ def test_a_vague_factor_near_a_half_is_not_asked_after() -> None:
             dataclasses.replace(row, std_error=share * abs(row.declared or 0.0)) if row.term == "q_hat" else row
             for row in rows(C_m_q_hat=0.55 if asked else 0.664)
         ]
-        assert bool(notes_on_patterns(off, [])) is asked
+        assert bool(notes(off, [])) is asked
 
 
 def test_a_damping_that_shares_its_part_with_alphadot_is_not_asked_after_its_unit() -> None:
     """Half of the declared C_m q_hat in q_hat and half in alpha_dot_hat: their sum is as declared."""
     halved = rows(C_m_q_hat=0.5)
-    assert any("converted from q c/V twice" in sentence for sentence in notes_on_patterns(halved, []))
+    assert any("converted from q c/V twice" in sentence for sentence in notes(halved, []))
     found = DerivativeRow("C_m", "alpha_dot_hat", None, None, -8.0, 0.2, 0.2, None, None, None, shown=True)
-    assert notes_on_patterns([*halved, found], []) == ()
+    assert notes([*halved, found], []) == ()
 
 
 def test_a_control_that_is_turned_in_every_coefficient_is_said_once_with_the_remedy() -> None:
-    (said,) = notes_on_patterns(rows(C_Z_delta_e=-1.0, C_m_delta_e=-0.9), [])
+    (said,) = notes(rows(C_Z_delta_e=-1.0, C_m_delta_e=-0.9), [])
     assert said.startswith("delta_e has the opposite sign to the declared one in C_Z and C_m")
     assert "sign = -1" in said
 
@@ -161,7 +169,7 @@ def test_lift_of_the_other_sign_asks_where_the_accelerometer_is() -> None:
             DerivativeRow("C_m", "delta_e", moment, moment, moment, 0.01, 0.01, None, None, None, shown=True),
             DerivativeRow(name, "delta_e", given, value, value, 0.02, 0.02, None, None, None, shown=True),
         ]
-        return notes_on_patterns(table, [a_z], aircraft)
+        return notes(table, [a_z], aircraft)
 
     for said in (told("C_Z", seen, lift), told("C_L", -seen, -lift)):
         assert len(said) == 1
@@ -171,4 +179,4 @@ def test_lift_of_the_other_sign_asks_where_the_accelerometer_is() -> None:
     assert "accelerometer" not in told("C_Z", 10.0, lift)[0]
     hidden = [replace(a_z, channel="alpha")]
     rows_of = [DerivativeRow("C_Z", "delta_e", lift, seen, seen, 0.02, 0.02, None, None, None, shown=True)]
-    assert "accelerometer" not in notes_on_patterns(rows_of, hidden, aircraft)[0]
+    assert "accelerometer" not in notes(rows_of, hidden, aircraft)[0]

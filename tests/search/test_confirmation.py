@@ -44,7 +44,7 @@ def test_a_suggested_term_is_confirmed_by_an_independent_estimate_of_another_fli
     assert drag.value == pytest.approx(3.6, abs=3.0 * drag.std_error)
     assert drag.value > 2.7 * drag.std_error
     assert drag.p_value < USUAL.confirmed
-    (sentence,) = note_on_confirmed([drag], ["another flight"])
+    (sentence,) = note_on_confirmed([drag], ["another flight"], (), USUAL.suggestion)
     assert "C_X alpha^2" in sentence
     assert "another flight" in sentence
     search, before, _ = suggested()

@@ -12,8 +12,10 @@ from aerosid.aircraft import Aircraft
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.settings import LoopSettings
 from aerosid.search.declared_inertia import Estimates, InertiaChange, inertia_change
+from aerosid.search.settings import DeclaredInertiaSettings
 
 QUICK = LoopSettings(paper_chain=False, linear_analysis=False, next_flight=False)
+USUAL = DeclaredInertiaSettings()
 I_XX, I_ZZ, I_XZ = INERTIA[0], INERTIA[2], INERTIA[3]
 
 
@@ -33,7 +35,7 @@ def estimated(declared: Aircraft, change: float, error: float = 1e-4) -> Estimat
 @pytest.mark.parametrize("change", [4000.0, 9000.0, -6000.0])
 def test_the_change_is_that_with_which_the_accelerations_are_the_same(change: float) -> None:
     declared = aircraft(SIDE)
-    found = inertia_change(estimated(declared, change), declared)
+    found = inertia_change(estimated(declared, change), declared, USUAL)
     assert isinstance(found, InertiaChange)
     assert found.change == pytest.approx(change, rel=1e-6)
     assert ("C_n", "p_hat") in [(coefficient, str(term)) for coefficient, term in found.explained]
@@ -43,22 +45,25 @@ def test_other_differences_from_declared_values_are_no_product_of_inertia() -> N
     """A common factor, one wrong derivative, and derivatives as wrong as they are declared to be."""
     declared = aircraft(SIDE)
     exact = {(d.coefficient, d.term): (d.value, 1e-4) for d in declared.derivatives}
-    assert inertia_change(exact, declared) is None
-    assert inertia_change({entry: (2.5 * value, error) for entry, (value, error) in exact.items()}, declared) is None
+    assert inertia_change(exact, declared, USUAL) is None
+    assert (
+        inertia_change({entry: (2.5 * value, error) for entry, (value, error) in exact.items()}, declared, USUAL)
+        is None
+    )
     for name in SIDE:
         one = {e: (4.0 * v if (e[0], str(e[1])) == name else v, s) for e, (v, s) in exact.items()}
-        assert inertia_change(one, declared) is None
+        assert inertia_change(one, declared, USUAL) is None
     generator = np.random.default_rng(11)
     for _ in range(300):
         off = {e: (v * (1.0 + 0.5 * generator.standard_normal()), s) for e, (v, s) in exact.items()}
-        assert inertia_change(off, declared) is None
+        assert inertia_change(off, declared, USUAL) is None
 
 
 def test_nothing_is_said_without_the_inertias_of_roll_and_yaw() -> None:
     declared = aircraft(SIDE)
     seen = estimated(declared, 9000.0)
-    assert inertia_change(seen, replace(declared, I_xx=None)) is None
-    assert inertia_change({}, declared) is None
+    assert inertia_change(seen, replace(declared, I_xx=None), USUAL) is None
+    assert inertia_change({}, declared, USUAL) is None
 
 
 @pytest.mark.parametrize(

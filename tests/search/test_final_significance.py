@@ -87,7 +87,7 @@ def test_a_term_whose_sign_another_flight_contradicts_is_not_named(sign: float, 
     retained = eliminate_by_wald_test(replace(found, confirmed=(elsewhere,)), search)
     assert (entry(*DRAG) in retained.terms) is named
     assert [each.entry for each in retained.confirmed] == [entry(*DRAG)] * named
-    assert len(note_on_confirmed(retained.confirmed, ["another"], retained.findings)) == named
+    assert len(note_on_confirmed(retained.confirmed, ["another"], retained.findings, USUAL.suggestion)) == named
 
 
 def test_the_p_value_is_that_of_the_reported_estimate() -> None:

@@ -34,7 +34,7 @@ def findings_and_terms(problem: Problem, log: FlightLog) -> tuple[Attribution, l
     effects = effect_hypotheses(model, [manoeuvre])
     hypotheses = (*term_hypotheses(problem.candidates(log)), *(h for h in effects if h.kind.startswith("sensor")))
     found = attribute(before, [manoeuvre], hypotheses, settings=replace(USUAL, disturbances=False))
-    return found, indistinguishable_terms(found, [manoeuvre], hypotheses)
+    return found, indistinguishable_terms(found, [manoeuvre], hypotheses, USUAL.coefficient_rivals)
 
 
 def unexplained(log: FlightLog, alpha: NDArray[np.float64], *further: NDArray[np.float64]) -> float:
