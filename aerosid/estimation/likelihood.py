@@ -27,7 +27,7 @@ from aerosid.estimation.lever_slopes import write_lever_slopes
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import MotionLoop, motion_loop
-from aerosid.estimation.prediction import no_directions, predict_stretch, start_carry
+from aerosid.estimation.prediction import predict_stretch, start_carry
 from aerosid.estimation.simulated_slopes import slopes_by_simulation
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import UNCOUPLED
@@ -282,14 +282,13 @@ class Likelihood:
             flight = flight._replace(input_variance=np.zeros_like(flight.input_variance))
         samples, free = flight.time.size, self.free.size
         values = _writable(trial.values)
-        directions = no_directions(flight)
-        carry = start_carry(trial.states[log], flight, free, directions)
+        carry = start_carry(trial.states[log], flight, free)
         parameters = sum(active.slopes for active in (*trial.effects, *trial.tested))
         for begin in range(0, samples, STRETCH):
             stop = min(begin + STRETCH, samples)
             predicted, white = (np.empty((stop - begin, self.output_count)) for _ in range(2))
             columns = np.zeros((stop - begin, self.output_count, free + self.state_count))
-            arguments = (values, self.free, model.table, model.constants, trial.variance, directions)
+            arguments = (values, self.free, model.table, model.constants, trial.variance)
             inside, log_sum = predict_stretch(begin, stop, carry, flight, *arguments, predicted, white, columns)
             if not inside:
                 raise OutOfRangeError

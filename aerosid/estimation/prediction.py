@@ -23,17 +23,6 @@ from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
 
 
-class Directions(NamedTuple):
-    """Perturbations to which the outputs' sensitivities are computed, as to the terms and the initial state.
-
-    `inputs` (N, E, D) changes of the extra inputs, linear between samples; `outputs` (N, m, B) changes of the
-    outputs themselves (a bias: ones in its channel).
-    """
-
-    inputs: NDArray[np.float64]
-    outputs: NDArray[np.float64]
-
-
 class Carry(NamedTuple):
     """State of the recursion passed from one stretch of a record to the next; changed in place.
 
@@ -48,21 +37,14 @@ class Carry(NamedTuple):
     covariance: NDArray[np.float64]
 
 
-def start_carry(state: NDArray[np.float64], flight: Flight, free: int, directions: Directions) -> Carry:
+def start_carry(state: NDArray[np.float64], flight: Flight, free: int) -> Carry:
     """The `Carry` at the first sample: initial state (n,) a free parameter, so its covariance is zero."""
     n, extra = state.size, flight.input_variance.shape[0]
-    inputs, outputs = directions.inputs.shape[2], directions.outputs.shape[2]
-    columns = np.zeros((n, free + n + inputs + outputs))
-    columns[:, free : free + n] = np.eye(n)
+    columns = np.zeros((n, free + n))
+    columns[:, free:] = np.eye(n)
     covariance = np.zeros((n + extra, n + extra))
     covariance[n:, n:] = np.diag(flight.input_variance)
     return Carry(state.copy(), columns, np.zeros(extra), np.zeros((extra, columns.shape[1])), covariance)
-
-
-def no_directions(flight: Flight) -> Directions:
-    """Empty `Directions`."""
-    extra = flight.input_variance.size
-    return Directions(np.zeros((flight.time.size, extra, 0)), np.zeros((*flight.measured.shape, 0)))
 
 
 @njit
@@ -76,7 +58,6 @@ def predict_stretch(
     table: TermTable,
     constants: Constants,
     variance: NDArray[np.float64],
-    directions: Directions,
     predicted: NDArray[np.float64],
     white: NDArray[np.float64],
     white_columns: NDArray[np.float64],
@@ -90,7 +71,7 @@ def predict_stretch(
     predicted : (N, m) receives the outputs predicted from the samples before.
     white : (N, m) receives innovations over their standard deviation, NaN where nothing was measured.
     white_columns : (N, m, M) receives the derivatives of the predicted outputs over the same standard deviation,
-        columns in the order free terms, initial state (n), input directions, output directions.
+        columns in the order free terms, initial state (n).
 
     Returns
     -------
@@ -113,7 +94,7 @@ def predict_stretch(
         np.zeros(flight.inputs.shape[1]), np.zeros((states, size)),
     )  # fmt: skip
     return _predict(
-        start, stop, carry, flight, parameters, free, table, constants, variance, directions, predicted, white,
+        start, stop, carry, flight, parameters, free, table, constants, variance, predicted, white,
         white_columns, work, step, room,
     )  # fmt: skip
 
@@ -141,7 +122,6 @@ def _predict(
     table: TermTable,
     constants: Constants,
     variance: NDArray[np.float64],
-    directions: Directions,
     predicted: NDArray[np.float64],
     white: NDArray[np.float64],
     white_columns: NDArray[np.float64],
@@ -156,9 +136,6 @@ def _predict(
     x, columns, error, error_columns, cov = carry
     width = columns.shape[1]
     free_count = free.shape[0]
-    first_input = free_count + states
-    input_count = directions.inputs.shape[2]
-    first_output = first_input + input_count
     size = states + extra
     filtering = False
     for j in range(extra):
@@ -198,10 +175,6 @@ def _predict(
                 if row[states + j] != 0.0:
                     for c in range(width):
                         sensitivity[c] += row[states + j] * error_columns[j, c]
-                    for c in range(input_count):
-                        sensitivity[first_input + c] += row[states + j] * directions.inputs[k, j, c]
-            for c in range(first_output, width):
-                sensitivity[c] += directions.outputs[k, i, c - first_output]
             innovation_variance = variance[i]
             if filtering:
                 for a in range(size):
@@ -264,11 +237,6 @@ def _predict(
                 next_columns[a, c] = total
             for c in range(free_count):
                 next_columns[a, c] += step.terms[a, free[c]]
-            for j in range(extra):
-                for c in range(input_count):
-                    next_columns[a, first_input + c] += (
-                        step.start[a, j] * directions.inputs[k, j, c] + step.end[a, j] * directions.inputs[k + 1, j, c]
-                    )
         for a in range(states):
             for c in range(width):
                 columns[a, c] = next_columns[a, c]

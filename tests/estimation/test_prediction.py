@@ -13,7 +13,7 @@ from oracles.flight import central_difference, dense_gaussian
 from oracles.stacked import stacked
 from problems import BOTH_SQUARES, LIFT_AND_DRAG, UNSTABLE, Problem
 
-from aerosid.estimation.prediction import Directions, no_directions, predict_stretch, start_carry
+from aerosid.estimation.prediction import predict_stretch, start_carry
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.simulation import trim
@@ -54,15 +54,12 @@ def predict(
     start: Array,
     variance: Array = VARIANCE,
     free: tuple[int, ...] | None = None,
-    directions: Directions | None = None,
     cuts: tuple[int, ...] = (),
 ) -> Prediction:
     """The recursion over a whole record, in as many stretches as there are cuts and one more."""
     places = np.arange(model.values.size) if free is None else np.array(free, dtype=np.int64)
     samples = flight.time.size
-    if directions is None:
-        directions = no_directions(flight)
-    carry = start_carry(start, flight, places.size, directions)
+    carry = start_carry(start, flight, places.size)
     width = carry.columns.shape[1]
     predicted, white = np.empty((samples, 8)), np.empty((samples, 8))
     columns = np.zeros((samples, 8, width))
@@ -72,7 +69,7 @@ def predict(
         # Each stretch gets arrays of its own: the kernel writes from row 0.
         parts = np.empty((last - first, 8)), np.empty((last - first, 8)), np.zeros((last - first, 8, width))
         good, log_sum = predict_stretch(
-            first, last, carry, flight, model.values, places, model.table, model.constants, variance, directions, *parts
+            first, last, carry, flight, model.values, places, model.table, model.constants, variance, *parts
         )
         predicted[first:last], white[first:last], columns[first:last] = parts
         total += log_sum
@@ -172,23 +169,19 @@ def test_without_input_noise_it_is_the_open_loop_simulation() -> None:
     "problem", [Problem(undeclared=BOTH_SQUARES, duration=3.0), Problem(LIFT_AND_DRAG, duration=3.0)]
 )
 def test_open_loop_sensitivities_are_those_of_the_simulation(problem: Problem) -> None:
-    """Free terms, initial state, input directions and output directions, in the documented order of columns."""
+    """Free terms and initial state, in the documented order of columns."""
     model, flight, start = make(problem, 4)
-    rng = np.random.default_rng(0)
     samples, free = flight.time.size, (1, 4, model.values.size - 1)
-    directions = Directions(rng.standard_normal((samples, 1, 2)), rng.standard_normal((samples, 8, 1)))
-    found = predict(model, flight, start, free=free, directions=directions)
+    found = predict(model, flight, start, free=free)
 
     def outputs(point: Array) -> Array:
-        values, inputs = model.values.copy(), flight.inputs.copy()
+        values = model.values.copy()
         values[list(free)] += point[:3]
-        inputs[:, 8:] += directions.inputs @ point[8:10]
-        moved = flight._replace(inputs=inputs)
-        result, _ = simulate_outputs(start + point[3:8], moved, values, model.table, model.constants)
-        return (result + directions.outputs @ point[10:11]).ravel()
+        result, _ = simulate_outputs(start + point[3:], flight, values, model.table, model.constants)
+        return result.ravel()
 
-    steps = np.concatenate([np.full(3, 1e-3), [1e-2, 1e-2, 1e-4, 1e-4, 1e-1], np.full(2, 1e-4), [1.0]])
-    slopes = central_difference(outputs, np.zeros(11), steps).reshape(samples, 8, 11) / np.sqrt(VARIANCE)[:, None]
+    steps = np.concatenate([np.full(3, 1e-3), [1e-2, 1e-2, 1e-4, 1e-4, 1e-1]])
+    slopes = central_difference(outputs, np.zeros(8), steps).reshape(samples, 8, 8) / np.sqrt(VARIANCE)[:, None]
     slopes[~np.isfinite(flight.measured)] = 0.0
     scale = np.abs(slopes).max(axis=(0, 1))
     assert_allclose(found.columns / scale, slopes / scale, atol=1e-6)
