@@ -235,10 +235,7 @@ def whiten(
     refinement: Refinement,
     manoeuvres: Sequence[Manoeuvre],
     *,
-    model: AerodynamicModel | None = None,
     columns: Sequence[Entry] | None = None,
-    tested: Sequence[ActiveEffect] = (),
-    filtering: bool = True,
 ) -> Iterator[Whitened]:
     """The whitened residuals of an estimate and their sensitivities, stretch by stretch.
 
@@ -248,23 +245,13 @@ def whiten(
         The estimate at which they are computed.
     manoeuvres : sequence of Manoeuvre
         Those of the estimate.
-    model : AerodynamicModel, optional
-        The estimate's model, possibly extended by candidates of value zero.
     columns : sequence of Entry, optional
         The entries whose sensitivities come first; by default the free ones. Initial states and effects follow.
-    tested : sequence of ActiveEffect
-        Effects that do not act, whose sensitivities come last.
     """
-    likelihood = Likelihood(
-        refinement.model if model is None else model,
-        tuple(manoeuvres),
-        refinement.free if columns is None else tuple(columns),
-        filtering,
-    )
+    free = refinement.free if columns is None else tuple(columns)
+    likelihood = Likelihood(refinement.model, tuple(manoeuvres), free)
     likelihood.held_to_data = refinement.held_to_data
-    return likelihood.stretches(
-        likelihood.model.values, refinement.states, refinement.effects, refinement.variance, tested
-    )
+    return likelihood.stretches(refinement.model.values, refinement.states, refinement.effects, refinement.variance)
 
 
 def _continuation_start(

@@ -20,13 +20,16 @@ def is_near_step_change(
     hypothesis: Hypothesis,
     effects: Sequence[ActiveEffect],
     manoeuvres: Sequence[Manoeuvre],
-    settings: ModelErrorSearchSettings,
+    spacing: float,
 ) -> bool:
-    """Whether a step change is so close to one among `effects` that it would only correct its instant."""
+    """Whether a step change is within `spacing` grid steps of one among `effects`: it would only correct its instant.
+
+    Other hypotheses never are.
+    """
     if hypothesis.time is None:
         return False
     log = next(m for m in manoeuvres if m.name in (hypothesis.where, hypothesis.effects[0].log))
-    reach = settings.jump_spacing * float(np.ptp(log.flight.time)) / OFFERED.grid
+    reach = spacing * float(np.ptp(log.flight.time)) / OFFERED.grid
     return any(abs(instant_of(active) - hypothesis.time) < reach for active in step_changes_on(effects, log.name))
 
 
@@ -73,7 +76,7 @@ def at_innovation_outliers(
                 break
             found += [_at_instant(h, float(log.flight.time[k]) - 0.5 * interval, interval) for h in kinds.values()]
             excess[max(k - reach, 0) : k + reach] = -np.inf
-    return [h for h in found if not is_near_step_change(h, current.swept.effects, manoeuvres, settings)]
+    return [h for h in found if not is_near_step_change(h, current.swept.effects, manoeuvres, settings.jump_spacing)]
 
 
 def with_free_instant(active: ActiveEffect, time: float, manoeuvres: Sequence[Manoeuvre]) -> ActiveEffect:

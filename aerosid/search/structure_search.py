@@ -17,8 +17,7 @@ from scipy.special import ndtri
 from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
 from aerosid.effects.aerodynamic_terms import is_symmetric, rarity, searched_parameters
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.limits import OFFERED
-from aerosid.effects.step_input import instant_of, is_step_change, step_changes_on
+from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
 from aerosid.estimation.fit_settings import TRIAL
@@ -31,6 +30,7 @@ from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.terms import Term
 from aerosid.search.findings import Part
 from aerosid.search.settings import AttributionSettings
+from aerosid.search.step_change_instants import is_near_step_change
 
 NONLINEAR_KINDS = frozenset(name for name, kind in KINDS.items() if not kind.follows_its_score)
 """Kinds whose effect is far from linear in their parameter."""
@@ -183,29 +183,23 @@ class StructureSearch:
             self.last_deviations = current, deviations(current, self.manoeuvres, quick=True)
         return self.last_deviations[1]
 
-    def scores(self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()) -> tuple[Score, ...]:
-        """Scores of the hypotheses that the estimate does not hold, except those of the labels `without`."""
-        if not without and current.held_to_data == 0.0:
+    def scores(self, current: Refinement) -> tuple[Score, ...]:
+        """Scores of the hypotheses that the estimate does not hold."""
+        if current.held_to_data == 0.0:
             return self.linearised_with_candidates(current).scores()
-        candidates = self.candidate_hypotheses(current, without)
+        candidates = self.candidate_hypotheses(current)
         return score_hypotheses(self.with_candidate_columns(current, candidates), self.manoeuvres, candidates)
 
-    def candidate_hypotheses(
-        self, current: Refinement, without: Sequence[tuple[str, str, str]] = ()
-    ) -> list[Hypothesis]:
-        """The hypotheses that the estimate does not hold, except those of the labels `without`."""
-        present = {part.label for part in self.parts(current, None)} | set(without)
+    def candidate_hypotheses(self, current: Refinement) -> list[Hypothesis]:
+        """The hypotheses that the estimate does not hold."""
+        present = {part.label for part in self.parts(current, None)}
         present |= {(*active.name, "") for active in current.effects if active.held}
-        return [h for h in self.hypotheses if h.label not in present and not self.is_near_step_change(h, current)]
-
-    def is_near_step_change(self, hypothesis: Hypothesis, current: Refinement) -> bool:
-        """Whether a step change is so close to one in the estimate that it would only correct its instant."""
-        if hypothesis.time is None:
-            return False
-        manoeuvre = next(m for m in self.manoeuvres if m.name == hypothesis.where)
-        reach = self.settings.trials.jump_spacing * float(np.ptp(manoeuvre.flight.time)) / OFFERED.grid
-        step_changes = step_changes_on(current.effects, manoeuvre.name)
-        return any(abs(instant_of(active) - hypothesis.time) < reach for active in step_changes)
+        spacing = self.settings.trials.jump_spacing
+        return [
+            h
+            for h in self.hypotheses
+            if h.label not in present and not is_near_step_change(h, current.effects, self.manoeuvres, spacing)
+        ]
 
     def with_candidate_columns(self, current: Refinement, hypotheses: Sequence[Hypothesis]) -> Refinement:
         """The estimate with the input columns that the effects of some hypotheses fill."""

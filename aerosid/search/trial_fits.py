@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from aerosid.effects import ActiveEffect, with_all_parameters
-from aerosid.effects.step_input import at_instant
+from aerosid.effects import with_all_parameters
 from aerosid.estimation.competing_fits import fit_competing_structures
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import eliminate_insignificant
+from aerosid.search.step_change_instants import with_free_instant
 from aerosid.search.structure_search import NONLINEAR_KINDS, StructureSearch
 
 
@@ -78,7 +78,7 @@ def start_with_hypothesis(search: StructureSearch, current: Refinement, score: S
     if hypothesis.kind == "step_change":
         base = search.with_step_columns(current).model
     if hypothesis.time is not None:
-        effects = tuple(with_free_instant(search, active, hypothesis.time) for active in effects)
+        effects = tuple(with_free_instant(active, hypothesis.time, search.manoeuvres) for active in effects)
     effects = tuple(with_all_parameters(active) for active in effects)
     base = with_columns_of(base, effects).extended(hypothesis.entries)
     point = None
@@ -94,13 +94,6 @@ def start_with_hypothesis(search: StructureSearch, current: Refinement, score: S
         current.variance,
         point,
     )
-
-
-def with_free_instant(search: StructureSearch, active: ActiveEffect, time: float) -> ActiveEffect:
-    """A step change whose instant, near `time` s, is a free parameter."""
-    manoeuvre = next(m for m in search.manoeuvres if m.name == active.log)
-    interval = manoeuvre.interval
-    return at_instant(active, time, active.log, interval)
 
 
 def removable_penalty(search: StructureSearch, trial: Refinement | Start, current: Refinement) -> float:

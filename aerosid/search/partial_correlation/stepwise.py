@@ -161,7 +161,7 @@ class _Search:
             place
             for place, h in enumerate(self.observable)
             if h.label not in labels
-            and not is_near_step_change(h, current.swept.effects, self.manoeuvres, self.settings)
+            and not is_near_step_change(h, current.swept.effects, self.manoeuvres, self.settings.jump_spacing)
         ]
 
     def parts(self, current: Sweep) -> list[Part]:
