@@ -48,6 +48,11 @@ def entry(coefficient: str, text: str) -> Entry:
     return coefficient, parse_term(text)
 
 
+def terms_of(model: AerodynamicModel) -> Truth:
+    """The model's values as the oracles take them, by coefficient and term as text."""
+    return {(c, str(t)): float(v) for (c, t), v in zip(model.entries, model.values, strict=True)}
+
+
 def from_derivatives(name: str, derivatives: Iterable[Derivative]) -> Aircraft:
     """The light transport's body with other derivatives, as an aircraft file would say it."""
     lines = [

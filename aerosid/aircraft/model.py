@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, Axes, loads_of
 from aerosid.flight_model.terms import Term
 
@@ -258,25 +257,6 @@ class Aircraft:
         lift_and_drag = any(entry.coefficient in self.axes.wind_axes for entry in self.derivatives)
         symmetric = ("C_D", "C_L", "C_m") if lift_and_drag else LONGITUDINAL.coefficients
         return tuple(name for name in (*symmetric, *LATERAL.coefficients) if name in loads_of(self.axes))
-
-    def require_longitudinal(self, doing: str) -> None:
-        """Refuse a model with lateral coefficients where only the longitudinal ones are handled.
-
-        Parameters
-        ----------
-        doing : str
-            What was asked for, as it stands in the sentence.
-
-        Raises
-        ------
-        AircraftError
-            Where the model holds C_Y, C_l or C_n.
-        """
-        if self.axes != LONGITUDINAL:
-            raise AircraftError(
-                f"{self.path}: derivatives holds {', '.join(LATERAL.coefficients)}, but {doing} handles longitudinal "
-                "models alone; remove these tables, or use close-loop"
-            )
 
     def completed(
         self,

@@ -27,11 +27,6 @@ FILLED = {
 """Input columns that no channel fills and no term holds, with the field of `Constants` that gives their place."""
 
 
-def with_gust(model: AerodynamicModel) -> AerodynamicModel:
-    """The model with an input column for the vertical gust velocity."""
-    return _with_columns(model, (GUST_COLUMN,), ())
-
-
 def with_moving_air(model: AerodynamicModel) -> AerodynamicModel:
     """The model with an input column for the gust along each velocity across the path that it integrates."""
     return _with_columns(model, air_columns(model.axes), ())
@@ -45,11 +40,6 @@ def air_columns(axes: Axes) -> tuple[str, ...]:
 def with_offsets(model: AerodynamicModel, coefficients: Sequence[str]) -> AerodynamicModel:
     """The model with an input column that adds to each coefficient directly; zero until an effect fills it."""
     return _with_columns(model, (), coefficients)
-
-
-def with_thrust_arm(model: AerodynamicModel) -> AerodynamicModel:
-    """The model with an input column for the thrust's lateral arm, and its term of C_n."""
-    return _with_columns(model, (), (), thrust_arm=True)
 
 
 def with_columns_of(model: AerodynamicModel, effects: Sequence[ActiveEffect]) -> AerodynamicModel:

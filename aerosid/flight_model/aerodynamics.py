@@ -111,11 +111,6 @@ def _table(entries: tuple[Entry, ...], columns: tuple[str, ...], coefficients: t
     return build_table(entries, columns, coefficients)
 
 
-def values_by_name(model: AerodynamicModel) -> Mapping[tuple[str, str], float]:
-    """The values keyed by (coefficient, canonical term text)."""
-    return {(c, str(t)): float(v) for (c, t), v in zip(model.entries, model.values, strict=True)}
-
-
 def controls_of(model: AerodynamicModel) -> tuple[str, ...]:
     """The surfaces that the model's terms use."""
     used = {name for _, term in model.entries for name in term.variables}

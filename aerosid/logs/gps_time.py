@@ -9,13 +9,13 @@ _EPOCH = datetime(1980, 1, 6, tzinfo=UTC)
 _WEEK = 604_800
 """Standard: s in a week."""
 
-# First day of each offset GPS - UTC of 1, 2, ... s: IERS Bulletin C. No leap second has been announced since.
+# First day of each offset GPS - UTC of 1, 2, ... s: IERS Bulletin C, of which number 72 (July 2026) is the latest
+# here. No leap second has been announced since.
 LEAP_SECONDS_FROM = (
     date(1981, 7, 1), date(1982, 7, 1), date(1983, 7, 1), date(1985, 7, 1), date(1988, 1, 1), date(1990, 1, 1),
     date(1991, 1, 1), date(1992, 7, 1), date(1993, 7, 1), date(1994, 7, 1), date(1996, 1, 1), date(1997, 7, 1),
     date(1999, 1, 1), date(2006, 1, 1), date(2009, 1, 1), date(2012, 7, 1), date(2015, 7, 1), date(2017, 1, 1),
 )  # fmt: skip
-TABLE_OF = date(2026, 7, 1)  # state of the table: Bulletin C 72
 
 
 def leap_seconds(day: date) -> int:

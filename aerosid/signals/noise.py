@@ -2,8 +2,7 @@
 
 The manoeuvre is smooth between corners, the noise is not: a normalised difference of high order suppresses the first
 and passes the second unchanged. Which order is high enough depends on the sampling rate, so it is chosen from the
-data: the lowest order whose estimate no higher order undercuts beyond its own scatter. A second estimate, from the
-tail of the sine series (Klein & Morelli's global Fourier smoothing), shares no step with the first one.
+data: the lowest order whose estimate no higher order undercuts beyond its own scatter.
 """
 
 from __future__ import annotations
@@ -23,9 +22,6 @@ _TRIM = NOISE.trim
 _TRIMMED_VARIANCE = 1.0 - 2.0 * _TRIM * math.exp(-0.5 * _TRIM**2) / math.sqrt(2.0 * math.pi) / math.erf(
     _TRIM / math.sqrt(2.0)
 )
-_MEDIAN_TO_SIGMA = 1.482602218505602
-"""Standard: 1 / 0.6745, the median of |N(0, 1)|."""
-
 _ROUNDING = 1e-12
 """Numerical: share of the largest value, 1, that arithmetic alone leaves in a difference."""
 
@@ -110,39 +106,6 @@ def calmed(values: FloatArray, noise: float) -> FloatArray:
         open_ &= low <= high
         result = np.where(open_, mean, result)
     return result
-
-
-def fourier_noise(values: FloatArray, *, signal_share: float = 0.5) -> float:
-    """The noise standard deviation from the tail of the sine series: an independent check for uniform sampling.
-
-    Parameters
-    ----------
-    values : (N,) array
-        Uniformly sampled channel without missing samples.
-    signal_share : float
-        Share of the frequencies, counted from zero, that may hold signal; the rest is taken as noise, dimensionless.
-
-    Returns
-    -------
-    float
-        In the channel's unit.
-
-    Notes
-    -----
-    The line through the end points is taken off, so that the odd periodic continuation has no jump and the sine
-    coefficients of the signal fall as k^-3; those of white noise stay level (Klein & Morelli 2006). The
-    level is the median of the squared coefficients. A jump inside the record falls as 1/k only and raises the tail.
-    """
-    import scipy.fft  # late: files are read and refused without it
-
-    samples = np.asarray(values, dtype=np.float64)
-    if samples.size < 10:
-        return 0.0
-    line = np.linspace(samples[0], samples[-1], samples.size)
-    # ortho scaling: every coefficient of white noise has the noise's own variance
-    coefficients = scipy.fft.dst((samples - line)[1:-1], type=1, norm="ortho")
-    tail = np.abs(coefficients[int(signal_share * coefficients.size) :])
-    return float(_MEDIAN_TO_SIGMA * np.median(tail))
 
 
 def autocovariance(residual: FloatArray, max_lag: int) -> FloatArray:

@@ -40,10 +40,6 @@ class ResidualCovariance:
         With the autocorrelation of the residuals as they are: Morelli & Klein (1997).
     corrected : (m, m) array
         With the autocorrelation of the noise that leaves such residuals behind: to be used.
-    effective_samples : (groups,) array
-        How many white samples each group is worth for estimating a mean.
-    noise_deviations : (groups,) array
-        Standard deviation of each group's noise, in the unit of its residuals.
     orders : tuple of int
         Order of the autoregressive noise model of each group; 0 is white.
     """
@@ -51,8 +47,6 @@ class ResidualCovariance:
     white: FloatArray
     published: FloatArray
     corrected: FloatArray
-    effective_samples: FloatArray
-    noise_deviations: FloatArray
     orders: tuple[int, ...]
 
 
@@ -118,10 +112,6 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
         white=_sandwich(inverse, rows, weights, white_noise) / units,
         published=published / units,
         corrected=_sandwich(inverse, rows, weights, noise) / units,
-        effective_samples=np.array(
-            [_effective(gamma, int(mask.sum())) for gamma, mask in zip(noise, masks, strict=True)]
-        ),
-        noise_deviations=np.array([np.sqrt(gamma[0]) for gamma in noise]),
         orders=tuple(orders),
     )
 
@@ -144,19 +134,6 @@ def published_covariance_groups(groups: Sequence[Group]) -> FloatArray:
     inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
     measured = [autocovariance(r, r.size - 1) for r in residuals]
     return np.asarray(_sandwich(inverse, rows, weights, measured) / np.outer(scale, scale))
-
-
-def effective_samples(residual: FloatArray) -> float:
-    """How many white samples a residual (N,) with NaN where missing is worth for its mean: N over 1 + 2 sum rho_k."""
-    values = np.asarray(residual, dtype=np.float64)
-    count = int(np.isfinite(values).sum())
-    if count < 2:
-        return float(count)
-    measured = autocovariance(values, values.size - 1)
-    if measured[0] <= 0.0:
-        return float(count)
-    model, _, leading = _levinson(measured, _order(measured, count))
-    return _effective(_extend(model, leading, values.size), count)
 
 
 def _checked(
@@ -345,12 +322,3 @@ def _recurse_lags(model: FloatArray, gamma: FloatArray, first: int) -> None:
         gamma[k] = 0.0
         for j in range(model.size):
             gamma[k] += model[j] * gamma[k - 1 - j]
-
-
-def _effective(gamma: FloatArray, count: int) -> float:
-    """N / sum_k (1 - |k|/N) rho_k, within 1 and N times 10."""
-    if gamma[0] <= 0.0:
-        return float(count)
-    lags = np.arange(1, gamma.size)
-    inflation = 1.0 + 2.0 * float(np.sum((1.0 - lags / gamma.size) * gamma[1:])) / gamma[0]
-    return float(np.clip(count / max(inflation, 0.1), 1.0, 10.0 * count))

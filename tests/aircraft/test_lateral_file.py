@@ -80,10 +80,3 @@ def test_what_rolling_and_yawing_needs_may_not_be_left_out(text: str, words: lis
         aircraft_from_text(text, "commuter.toml", "0" * 64)
     for word in ("commuter.toml", *words):
         assert word in str(caught.value)
-
-
-def test_what_handles_longitudinal_models_alone_says_so() -> None:
-    aircraft = aircraft_from_text(HEAD + SIDE, "commuter.toml", "0" * 64)
-    with pytest.raises(AircraftError, match=r"C_Y, C_l, C_n, but replay handles longitudinal models alone"):
-        aircraft.require_longitudinal("replay")
-    aircraft_from_text(HEAD + PITCH, "commuter.toml", "0" * 64).require_longitudinal("replay")

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from oracles.effects import fly_separating, fly_through_air
 from oracles.flight import Airframe, dense_gaussian
-from problems import LIGHT, NOISE, Problem
+from problems import LIGHT, NOISE, Problem, terms_of
 from scipy.signal import lsim
 
 from aerosid.effects import ActiveEffect, Effect, InputEffect, OutputEffect
@@ -26,11 +26,11 @@ from aerosid.effects.disturbance import gust
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
 from aerosid.effects.step_change import step_change
-from aerosid.estimation.effect_columns import with_gust, with_offsets
+from aerosid.estimation.effect_columns import with_moving_air, with_offsets
 from aerosid.estimation.likelihood import Likelihood, Whitened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.motion_loop import self_consistent
-from aerosid.flight_model.aerodynamics import AerodynamicModel, values_by_name
+from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.signals.delay_and_lag import deadbanded, delayed, delayed_linear, lagged, rate_limited
@@ -303,7 +303,7 @@ def test_separation_is_that_of_a_sixth_state(flight: tuple[AerodynamicModel, Man
     outputs, _ = simulate_outputs(START, acting, values, model.table, model.constants)
     attached, _ = simulate_outputs(START, wide, values, model.table, model.constants)
     driving = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": inputs[:, 1], "delta_e": inputs[:, 8]}
-    terms = {key: value for key, value in values_by_name(model).items() if not key[1].startswith("offset")}
+    terms = {key: value for key, value in terms_of(model).items() if not key[1].startswith("offset")}
     wanted, point = fly_separating(START, wide.time, driving, terms, FRAME, SEPARATION)
     assert point.min() < 0.5 < 0.95 < point.max()
     for i, name in enumerate(LONGITUDINAL.outputs):
@@ -346,7 +346,7 @@ def test_coloured_noise_is_whitened_as_by_the_dense_gaussian(sensor: OutputEffec
     """Gust and lagged elevator noise together, all samples in one covariance; a slow sensor lags them too."""
     problem = Problem(duration=1.2, interval=0.05)
     plain, manoeuvre = problem.prepared(problem.fly(seed=4))
-    model = with_gust(plain)
+    model = with_moving_air(plain)
     measured = manoeuvre.flight.measured.copy()
     measured[np.random.default_rng(0).random(measured.shape) < 0.1] = np.nan
     own = manoeuvre.flight._replace(measured=measured, input_variance=np.array([0.004**2]))
@@ -400,7 +400,7 @@ FRAME = Airframe(LIGHT.wing_area, LIGHT.mean_chord, LIGHT.I_yy, LIGHT.airspeed, 
 
 def through_air(model: AerodynamicModel, flight: Flight, surface: Array, air: Array) -> Array:
     driving = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": flight.inputs[:, 1], "delta_e": surface}
-    return fly_through_air(START, flight.time, driving, values_by_name(model), FRAME, air, substeps=1)
+    return fly_through_air(START, flight.time, driving, terms_of(model), FRAME, air, substeps=1)
 
 
 def jacobian(function: Callable[[Array], Array], at: Array, step: float) -> Array:
@@ -424,12 +424,12 @@ def unwhitened(model: AerodynamicModel, manoeuvre: Manoeuvre, effects: Sequence[
 def test_a_gust_does_not_change_the_mean(flight: tuple[AerodynamicModel, Manoeuvre]) -> None:
     """It increases the covariance of the residual, not the simulation or its sensitivities before whitening."""
     model, manoeuvre = flight
-    calm = whitened(with_gust(model), manoeuvre, [])
+    calm = whitened(with_moving_air(model), manoeuvre, [])
     shaken = [ActiveEffect(gust(), (3.0, 200.0))]
-    still = whitened(with_gust(model), manoeuvre, shaken)
+    still = whitened(with_moving_air(model), manoeuvre, shaken)
     assert (still.predicted == calm.predicted).all()
     assert_allclose(still.columns, calm.columns, atol=0.0)
-    met = whitened(with_gust(model), manoeuvre, shaken, filtering=True)
+    met = whitened(with_moving_air(model), manoeuvre, shaken, filtering=True)
     assert (met.predicted == calm.predicted).all()
     assert met.log_sum > calm.log_sum + 100.0
     assert np.nansum(met.residual**2) < np.nansum(calm.residual**2)

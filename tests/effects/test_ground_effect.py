@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from oracles.effects import runge_kutta
 from oracles.flight import Airframe, state_rates
-from problems import LIGHT, Problem, with_channels
+from problems import LIGHT, Problem, terms_of, with_channels
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.ground_effect import ground_effect
@@ -20,7 +20,6 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.manoeuvre import initial_state
 from aerosid.estimation.motion_loop import self_consistent
-from aerosid.flight_model.aerodynamics import values_by_name
 from aerosid.flight_model.flight import simulate_outputs
 from aerosid.flight_model.motion_laws import influence
 from aerosid.search.hypotheses import effect_hypotheses
@@ -61,7 +60,7 @@ def test_flight_near_the_ground_is_that_of_a_plain_integration(coefficient: str,
     _, found = simulate_outputs(start, acting, values, model.table, model.constants)
     _, free = simulate_outputs(start, flight, values, model.table, model.constants)
 
-    terms = {key: value for key, value in values_by_name(model).items() if not key[1].startswith("offset")}
+    terms = {key: value for key, value in terms_of(model).items() if not key[1].startswith("offset")}
     terms[coefficient, "extra"] = 1.0
     driving = {"rho": LIGHT.density, "mass": LIGHT.mass}
 

@@ -10,12 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from oracles.effects import fly_separating, fly_through_air
 from oracles.flight import Airframe
-from problems import LIGHT, NOISE, SILENT, Problem, with_channels
+from problems import LIGHT, NOISE, SILENT, Problem, terms_of, with_channels
 from scipy.signal import lsim
 
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import refine
-from aerosid.flight_model.aerodynamics import values_by_name
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.simulation import fly, steps, trim
 from aerosid.logs.flight_log import FlightLog
@@ -116,7 +115,7 @@ def gusty(problem: Problem, seed: int, sigma: float, length: float) -> FlightLog
     elevator = level.delta_e + problem.deflection
     driving = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": level.thrust, "delta_e": elevator}
     start = [100.0 * np.cos(level.alpha), 100.0 * np.sin(level.alpha), 0.0, level.alpha, 1500.0]
-    outputs = fly_through_air(start, problem.time, driving, values_by_name(problem.truth), FRAME, np.array(air))
+    outputs = fly_through_air(start, problem.time, driving, terms_of(problem.truth), FRAME, np.array(air))
     return sampled(problem, seed, outputs, level.thrust, elevator)
 
 
@@ -128,7 +127,7 @@ def separating(problem: Problem, seed: int) -> FlightLog:
     elevator = level.delta_e + problem.deflection
     driving = {"rho": LIGHT.density, "mass": LIGHT.mass, "thrust": level.thrust, "delta_e": elevator}
     start = [100.0 * np.cos(level.alpha), 100.0 * np.sin(level.alpha), 0.0, level.alpha, 1500.0]
-    outputs, point = fly_separating(start, problem.time, driving, values_by_name(problem.truth), FRAME, SEPARATION)
+    outputs, point = fly_separating(start, problem.time, driving, terms_of(problem.truth), FRAME, SEPARATION)
     assert point.min() < 0.5 < 0.95 < point.max()
     return sampled(problem, seed, outputs, level.thrust, elevator)
 

@@ -11,10 +11,12 @@ from scipy import linalg, signal
 from aerosid.signals.noise import autocovariance
 from aerosid.signals.residual_covariance import (
     ResidualCovariance,
+    _extend,
+    _levinson,
     _noise_autocovariances,
+    _order,
     coloured_covariance,
     coloured_covariance_groups,
-    effective_samples,
 )
 
 
@@ -99,7 +101,11 @@ def test_groups_of_different_weight_on_white_noise() -> None:
     found = coloured_covariance_groups(groups)
     np.testing.assert_allclose(np.diag(found.white), np.diag(np.linalg.inv(information)), rtol=0.1)
     np.testing.assert_allclose(np.diag(found.corrected), np.diag(np.linalg.inv(information)), rtol=0.25)
-    np.testing.assert_allclose(found.noise_deviations, [0.1, 3.0], rtol=0.05)
+    present = [np.ones(4000, dtype=bool)] * 2
+    measured = [autocovariance(r, r.size - 1) for _, r, _ in groups]
+    orders, inverse = list(found.orders), np.linalg.inv(information)
+    variances = [gamma[0] for gamma in _noise_autocovariances(rows, weights, present, inverse, measured, orders)]
+    np.testing.assert_allclose(np.sqrt(variances), [0.1, 3.0], rtol=0.05)
 
 
 def test_units_leave_the_relative_errors() -> None:
@@ -128,9 +134,14 @@ def test_missing_samples_count_as_absent() -> None:
 
 
 @pytest.mark.parametrize("coefficient", [-0.5, 0.0, 0.5, 0.9])
-def test_effective_samples_of_an_autoregressive_residual(coefficient: float) -> None:
+def test_the_noise_model_of_an_autoregressive_residual_has_its_spectrum_at_zero(coefficient: float) -> None:
+    """The sum of its autocorrelation over all lags is that by which the variance of a mean is larger."""
     residual = autoregressive(np.random.default_rng(7), [coefficient], 20000)
-    assert effective_samples(residual) == pytest.approx(20000 * (1 - coefficient) / (1 + coefficient), rel=0.15)
+    measured = autocovariance(residual, residual.size - 1)
+    model, _, leading = _levinson(measured, _order(measured, residual.size))
+    gamma = _extend(model, leading, residual.size)
+    inflation = 1.0 + 2.0 * np.sum(gamma[1:]) / gamma[0]
+    assert inflation == pytest.approx((1.0 + coefficient) / (1.0 - coefficient), rel=0.15)
 
 
 def test_a_constant_zero_residual_has_no_error() -> None:

@@ -199,9 +199,3 @@ class Sweep:
     cost: float
     deviation: tuple[Array, ...]
     converged: bool
-
-    @property
-    def entry_covariance(self) -> Array:
-        """Of the free terms."""
-        count = len(self.swept.free)
-        return self.fit.covariance[:count, :count]
