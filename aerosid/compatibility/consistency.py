@@ -16,7 +16,7 @@ from aerosid.compatibility.contradiction import contradictions
 from aerosid.compatibility.flight_path import GIVEN, OBSERVED
 from aerosid.compatibility.instrument_agreement import agreement_of
 from aerosid.compatibility.recording import Recording, missing_channels, read_recording
-from aerosid.compatibility.settings import USUAL, CompatibilitySettings
+from aerosid.compatibility.settings import USUAL
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
@@ -34,43 +34,39 @@ NO_AIRCRAFT = Constants(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """Geometry and inertia, 1 in SI units: the kinematic equations do not depend on them."""
 
 
-def check_kinematics(
-    logs: Sequence[FlightLog], settings: CompatibilitySettings = USUAL, length: float | None = None
-) -> KinematicConsistency | None:
+def check_kinematics(logs: Sequence[FlightLog], length: float | None = None) -> KinematicConsistency | None:
     """Data compatibility check of some logs; None where channels or seconds are too few.
 
     Parameters
     ----------
     logs : sequence of FlightLog
         Flights with the same instruments: one joint estimate.
-    settings : CompatibilitySettings
-        Limits of the check.
     length : float, optional
         Of the aircraft, m: bounds the distance of a sensor from the centre of gravity.
     """
-    recordings, notes = _recordings(logs, settings)
+    recordings, notes = _recordings(logs)
     if not recordings:
         return None
-    contradictory = _contradictory(recordings, notes, settings)
+    contradictory = _contradictory(recordings, notes)
     if contradictory is not None:
         return contradictory
     pieces = [manoeuvre for recording in recordings for manoeuvre in manoeuvres_of(recording)]
-    manoeuvres = [piece for piece in pieces if float(np.ptp(piece.flight.time)) >= settings.shortest] or pieces
+    manoeuvres = [piece for piece in pieces if float(np.ptp(piece.flight.time)) >= USUAL.shortest] or pieces
     noise = {name: _mean_noise(recordings, name) for name in _outputs(manoeuvres)}
     sensors = tuple(Hypothesis(offer.kind, offer.where, effects=offer.effects) for offer in sensor_offers(noise))
     model = AerodynamicModel((), np.zeros(0), manoeuvres[0].columns, NO_AIRCRAFT, LONGITUDINAL)
-    equations = EquationErrorSettings(false_alarm=settings.false_alarm)
+    equations = EquationErrorSettings(false_alarm=USUAL.false_alarm)
     longest = length or OFFERED.furthest / OFFERED.reach
     instrument_errors = identify_instrument_errors(
         model, (), (), sensors, manoeuvres, settings=equations, length=longest
     )
-    return agreement_of(instrument_errors, settings, notes) if instrument_errors is not None else None
+    return agreement_of(instrument_errors, notes) if instrument_errors is not None else None
 
 
-def contradicting(logs: Sequence[FlightLog], settings: CompatibilitySettings = USUAL) -> KinematicConsistency | None:
+def contradicting(logs: Sequence[FlightLog]) -> KinematicConsistency | None:
     """Contradictions that no instrument error reconciles; None where there are none, or too few channels."""
-    recordings, notes = _recordings(logs, settings)
-    return _contradictory(recordings, notes, settings) if recordings else None
+    recordings, notes = _recordings(logs)
+    return _contradictory(recordings, notes) if recordings else None
 
 
 def manoeuvres_of(recording: Recording) -> tuple[Manoeuvre, ...]:
@@ -115,23 +111,21 @@ def _outputs(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for manoeuvre in manoeuvres for name in manoeuvre.outputs))
 
 
-def _recordings(logs: Sequence[FlightLog], settings: CompatibilitySettings) -> tuple[list[Recording], tuple[str, ...]]:
+def _recordings(logs: Sequence[FlightLog]) -> tuple[list[Recording], tuple[str, ...]]:
     """The logs as arrays, and notes on excluded ones."""
-    read = [(log, read_recording(log, settings.stretches)) for log in logs]
+    read = [(log, read_recording(log, USUAL.stretches)) for log in logs]
     recordings = [recording for _, recording in read if recording is not None]
-    notes = tuple(_exclusion_note(log, settings) for log, recording in read if recording is None)
+    notes = tuple(_exclusion_note(log) for log, recording in read if recording is None)
     notes += tuple(
         f"{r.log.name}: only the {r.compared_samples} of {r.log.samples} samples with most pitching are compared."
         for r in recordings
-        if r.log.samples > settings.stretches.most_samples
+        if r.log.samples > USUAL.stretches.most_samples
     )
     return recordings, notes
 
 
-def _contradictory(
-    recordings: Sequence[Recording], notes: tuple[str, ...], settings: CompatibilitySettings
-) -> KinematicConsistency | None:
-    contradictory = contradictions(recordings, settings.contradiction)
+def _contradictory(recordings: Sequence[Recording], notes: tuple[str, ...]) -> KinematicConsistency | None:
+    contradictory = contradictions(recordings, USUAL.contradiction)
     if not contradictory:
         return None
     names = tuple(recording.log.name for recording in recordings)
@@ -139,7 +133,7 @@ def _contradictory(
     return KinematicConsistency(names, Agreement.INCONSISTENT, (), (), (), (), sentence, notes, contradictory)
 
 
-def _exclusion_note(log: FlightLog, settings: CompatibilitySettings) -> str:
-    absent = missing_channels(log, settings.stretches)
+def _exclusion_note(log: FlightLog) -> str:
+    absent = missing_channels(log, USUAL.stretches)
     why = f"it lacks {', '.join(absent)}" if absent else "no stretch of 3 s is without gaps"
     return f"{log.name}: its instruments cannot be compared by kinematics, {why}."

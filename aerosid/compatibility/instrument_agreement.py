@@ -16,7 +16,7 @@ from aerosid.compatibility.agreement import (
     MovingAir,
     findings_sentence,
 )
-from aerosid.compatibility.settings import USUAL, CompatibilitySettings
+from aerosid.compatibility.settings import USUAL
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
@@ -34,9 +34,7 @@ OBSERVED_BY = {"w": "alpha", "u": "V"}
 """The sensor that measures turbulence along each body axis."""
 
 
-def agreement_of(
-    instrument_errors: InstrumentErrors, settings: CompatibilitySettings = USUAL, notes: tuple[str, ...] = ()
-) -> KinematicConsistency:
+def agreement_of(instrument_errors: InstrumentErrors, notes: tuple[str, ...] = ()) -> KinematicConsistency:
     """The data compatibility result from the identified instrument errors of all recordings.
 
     Residuals are those of the channels in the band of the motion.
@@ -60,8 +58,8 @@ def agreement_of(
         for row, finding in zip(rows, findings, strict=True)
         if row.hypothesis.label in others
     )
-    turbulence = tuple(_moving_air(found, settings))
-    air = tuple(each for each in turbulence if each.length <= settings.longest_scale)
+    turbulence = tuple(_moving_air(found))
+    air = tuple(each for each in turbulence if each.length <= USUAL.longest_scale)
     notes = (*notes, *(_note_on_drift(each, found) for each in turbulence if each not in air))
     return KinematicConsistency(
         tuple(dict.fromkeys(recording.name for recording in found.problem.recordings)),
@@ -69,7 +67,7 @@ def agreement_of(
         findings,
         groups,
         air,
-        tuple(_channels(instrument_errors.declared, found, settings)),
+        tuple(_channels(instrument_errors.declared, found)),
         findings_sentence(findings, groups, air),
         notes,
     )
@@ -91,7 +89,7 @@ def _segments(found: Estimate, channel: str) -> list[int]:
     return [s for s, (_, name) in enumerate(found.design.segments) if name == channel]
 
 
-def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[MovingAir]:
+def _moving_air(found: Estimate) -> Iterator[MovingAir]:
     """Turbulence along each axis whose sensor has a residual above noise and of sufficient memory."""
     for axis, channel in OBSERVED_BY.items():
         residuals: list[NDArray[np.float64]] = []
@@ -109,7 +107,7 @@ def _moving_air(found: Estimate, settings: CompatibilitySettings) -> Iterator[Mo
         if not residuals:
             continue
         sigma, memory = float(np.std(np.concatenate(residuals))), float(np.median(memories))
-        if sigma > settings.above_the_noise * noise and memory > settings.gusts_last:
+        if sigma > USUAL.above_the_noise * noise and memory > USUAL.gusts_last:
             speed = float(np.mean([each.manoeuvre.mean_airspeed for each in found.problem.recordings]))
             yield MovingAir(axis, sigma, memory * speed)
 
@@ -145,7 +143,7 @@ def equivalent_biases(found: Estimate) -> str:
     return f"A constant bias equivalent to the mean drift: {'; '.join(equivalent)}."
 
 
-def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings) -> Iterator[ChannelAgreement]:
+def _channels(before: Estimate, after: Estimate) -> Iterator[ChannelAgreement]:
     """Each channel of each log, all its stretches together."""
     for log, channel in dict.fromkeys((after.problem.recordings[n].name, name) for n, name in after.design.segments):
         own = [
@@ -157,6 +155,6 @@ def _channels(before: Estimate, after: Estimate, settings: CompatibilitySettings
             for at in (before, after)
         )
         tests = [whiteness(after.solution.whitened[after.design.rows(s)]) for s in own]
-        white = all(each is None or each.p_value >= settings.coloured for each in tests)
+        white = all(each is None or each.p_value >= USUAL.coloured for each in tests)
         noise = float(manoeuvre.noise[manoeuvre.row(channel)])
         yield ChannelAgreement(log, channel, CHANNELS[channel].unit, before_rms, after_rms, noise, white)

@@ -195,11 +195,9 @@ def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, p
     )
 
 
-def by_likelihood(
-    problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool = False
-) -> MethodResult:
-    """Score tests, trial fits and maximum likelihood; `closed`: the air is calm by kinematics."""
-    search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
+def by_likelihood(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
+    """Score tests, trial fits and maximum likelihood."""
+    search, agreement = _likelihood_search(problem, settings, progress, closed=False)
     moving_air = agreement is not None and agreement.is_gusty
     found = attribute_by_search(search.without_stored_fits(), problem.others, moving_air=moving_air)
     if settings.catalogue == "terms":
@@ -210,7 +208,10 @@ def by_likelihood(
 def by_likelihood_without_disturbances(
     problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool
 ) -> MethodResult | None:
-    """As `by_likelihood`; None where flow separation or unmodelled forces would have to be tried."""
+    """As `by_likelihood`; None where flow separation or unmodelled forces would have to be tried.
+
+    `closed`: the air is calm by kinematics.
+    """
     search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
     moving_air = agreement is not None and agreement.is_gusty
     found = attribute_without_disturbances(search.without_stored_fits(), problem.others, moving_air=moving_air)

@@ -93,7 +93,9 @@ def pair() -> tuple[Refinement, Refinement, Manoeuvre, Array]:
     outputs, _ = simulate_outputs(
         steady.state, planned.flight, np.array(chosen.model.values), chosen.model.table, chosen.model.constants
     )
-    return chosen, rival, planned_manoeuvre(record, steady, time, {"delta_e": deflection}, outputs), steady.state
+    measured = np.where(np.isnan(planned.flight.measured), np.nan, outputs)
+    shown = replace(planned, flight=planned.flight._replace(measured=measured))
+    return chosen, rival, shown, steady.state
 
 
 def seen(estimate: Refinement, record_interval: float, planned: Manoeuvre, state: Array) -> Refinement:

@@ -37,6 +37,9 @@ from aerosid.equation_error.settings import TRIALS
 
 _Result = TypeVar("_Result")
 
+_REPLACED = 2
+"""Numerical: hypotheses of a structure that are replaced in turn, at most."""
+
 LargestDeficit = Callable[[Hypothesis], float]
 """Deficit in ln L to the selected hypothesis up to which a replacement is of interest."""
 
@@ -96,10 +99,9 @@ def with_replacements(
     hypotheses: Sequence[Hypothesis],
     criterion: SelectionCriterion,
     admitted: Admitted = lambda _found, _hypothesis: True,
-    rounds: int = 2,
 ) -> SelectedStructure:
     """The structure with each hypothesis replaced by a likelier one, in terms of penalised likelihood."""
-    for _ in range(rounds):
+    for _ in range(_REPLACED):
         better = functools.partial(
             _likeliest_replacement, selected, hypotheses=hypotheses, criterion=criterion, admitted=admitted
         )

@@ -47,12 +47,12 @@ def headline_role(errors: Sequence[ErrorRow]) -> str:
     return next((role for role in reversed(ROLES) if role in roles), ROLES[0])
 
 
-def error_reduction(errors: Sequence[ErrorRow], role: str | None = None) -> ErrorReduction | None:
-    """The reduction over the logs of one role, by default the headline's; None where no error can be compared.
+def error_reduction(errors: Sequence[ErrorRow]) -> ErrorReduction | None:
+    """The reduction over the logs of the headline's role; None where no error can be compared.
 
     A channel whose simulation left its range, before or after, has no error to compare.
     """
-    role = role or headline_role(errors)
+    role = headline_role(errors)
     ratios = [
         (row.log, row.channel, row.before / row.after)
         for row in errors

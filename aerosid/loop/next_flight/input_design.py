@@ -201,11 +201,11 @@ class InputSearch:
         return {name: manoeuvre.flight.inputs[:, place] for name, place in self.steady.controls.items()}
 
     def simulated(self, estimate: Refinement, planned: Manoeuvre) -> NDArray[np.float64]:
-        """Sensor outputs (N, 8) if `estimate` were true; NaN from where it leaves its range."""
+        """Sensor outputs (N, m) if `estimate` were true; NaN from where it leaves its range."""
         return simulate(estimate.model, planned, self.start_of(estimate), estimate.effects)[0]
 
     def start_of(self, estimate: Refinement) -> NDArray[np.float64]:
-        """The initial state (5,) of a model in question."""
+        """The initial state (n,) of a model in question."""
         return self.starts.get(id(estimate), self.steady.state)
 
     def planned(self, moves: Sequence[Move], time: NDArray[np.float64]) -> Manoeuvre:
@@ -260,7 +260,7 @@ class InputSearch:
         return float(np.floor(amplitude / resolution + 1e-6)) * resolution
 
     def prospects(self, planned: Manoeuvre, chosen: NDArray[np.float64]) -> list[Prospect]:
-        """A flight on which the chosen model is true, with outputs `chosen` (N, 8), seen by each competing model."""
+        """A flight on which the chosen model is true, with outputs `chosen` (N, m), seen by each competing model."""
         flight = planned.flight
         true = replace(planned, flight=flight._replace(measured=np.where(np.isnan(flight.measured), np.nan, chosen)))
         return [prospect(self.seen(rival.estimate, planned), true) for rival in self.rivals]

@@ -150,11 +150,9 @@ def planned_manoeuvre(
     steady: SteadyFlight,
     time: NDArray[np.float64],
     deflections: Mapping[str, NDArray[np.float64]],
-    measured: NDArray[np.float64] | None = None,
-    name: str = "next flight",
     longest_substep: float = PREPARATION.longest_substep,
 ) -> Manoeuvre:
-    """The flight to come with the sensors of a record, as the estimators take it.
+    """The flight to come with the sensors of a record, which read zero as yet, as the estimators take it.
 
     Parameters
     ----------
@@ -164,8 +162,6 @@ def planned_manoeuvre(
         s.
     deflections : mapping of str to ndarray, shape (N,)
         Of each surface that is moved, from trim, rad, linear between samples.
-    measured : ndarray, shape (N, m), optional
-        Sensor outputs; zero where none is given.
     longest_substep : float
         Of the integrator, s.
 
@@ -178,18 +174,17 @@ def planned_manoeuvre(
     for name, deflection in deflections.items():
         inputs[:, steady.controls[name]] += deflection
     held = np.array([channel in record.outputs for channel in record.axes.outputs])
-    shown = np.zeros((time.size, len(record.axes.outputs))) if measured is None else measured
     interval = float(np.median(np.diff(time)))
     planned = Flight(
         time=np.array(time),
         inputs=inputs,
-        measured=np.where(held, shown, np.nan),
+        measured=np.tile(np.where(held, 0.0, np.nan), (time.size, 1)),
         positions=flight.positions,
         substeps=max(1, int(np.ceil(interval / longest_substep - 1e-9))),
         input_variance=flight.input_variance * sampling_ratio(record, time),
     )
     channels = {control: np.array(inputs[:, place]) for control, place in steady.controls.items()}
-    log = FlightLog(name, np.array(time), channels, dict.fromkeys(channels, "rad"))
+    log = FlightLog("next flight", np.array(time), channels, dict.fromkeys(channels, "rad"))
     return replace(record, log=log, flight=planned, notes=())
 
 
