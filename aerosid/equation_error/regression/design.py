@@ -352,19 +352,20 @@ def uses_no_instruments(design: Design) -> bool:
 
 
 def white_weights(design: Design) -> Weights:
-    """Initial weights: white noise, sizes of the residuals of ordinary least squares by equation."""
-    sizes = np.ones(len(design.segments))
-    for s in range(len(design.segments)):
-        sizes[s] = max(float(np.std(design.target[design.rows(s)])), design.floors[s], 1e-12)
-    return Weights((colour_of(np.ones(1)),) * len(design.segments), sizes)
+    """Initial weights: white noise, of the standard deviation of each segment's target."""
+    return _white_weights_of(design, design.target)
 
 
 def uncoloured(design: Design, residuals: Array) -> Solution:
     """Least squares with each segment's size alone: a slow effect before the colour absorbs it."""
-    sizes = np.array(
-        [max(float(np.std(residuals[design.rows(s)])), design.floors[s], 1e-12) for s in range(len(design.segments))]
-    )
-    return solve(design, Weights((colour_of(np.ones(1)),) * len(design.segments), sizes))
+    return solve(design, _white_weights_of(design, residuals))
+
+
+def _white_weights_of(design: Design, rows: Array) -> Weights:
+    """White noise in each segment, as large as its part of some `rows` (R,) varies and no smaller than its floor."""
+    count = len(design.segments)
+    sizes = np.array([max(float(np.std(rows[design.rows(s)])), design.floors[s], 1e-12) for s in range(count)])
+    return Weights((colour_of(np.ones(1)),) * count, sizes)
 
 
 def regress(
