@@ -21,7 +21,7 @@ UNDAMPED = 1e-3
 class _PredictedStep:
     """A step (M,) with its predicted decrease of the cost.
 
-    `size` its largest component, scaled by the information; `variance` (8,) of the noise at its end; `cost` -2 ln L at
+    `size` its largest component, scaled by the information; `variance` (m,) of the noise at its end; `cost` -2 ln L at
     its start and `predicted_decrease` of it, noise variances at their maximum at both ends; `variance_decrease` the
     part of that decrease due to the variances alone; `level` the largest change of a variance's logarithm over the
     step.
@@ -148,7 +148,7 @@ def _predicted_step(
     """The damped step to the maximum of the linearised likelihood in noise variances and parameters together.
 
     A step at fixed variances converges slowly where the structure is wrong, as it weights the outputs by the previous
-    residuals. In the linearised problem the variances cost nothing. `floor` (8,) of the variances; None: they are held.
+    residuals. In the linearised problem the variances cost nothing. `floor` (m,) of the variances; None: they are held.
     `fraction`: of their first update from the point's to the maximum-likelihood values, in the logarithm.
     """
     least = np.zeros_like(point.variance) if floor is None else floor

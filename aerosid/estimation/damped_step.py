@@ -18,8 +18,8 @@ from aerosid.signals.array_elements import copy_row, solve_by_elimination
 class Quadratic(NamedTuple):
     """-2 ln L to second order: of each output i at its noise variance, and of the a-priori information.
 
-    `normals` (8, M, M) and `gradients` (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals'
-    squares, `counts` (8,) how many, `variance` (8,) SI squared; `prior_normal` (M, M), `prior_gradient` (M,).
+    `normals` (m, M, M) and `gradients` (m, M) of the Gauss-Newton step, `squares` (m,) sum of the whitened residuals'
+    squares, `counts` (m,) how many, `variance` (m,) SI squared; `prior_normal` (M, M), `prior_gradient` (M,).
     """
 
     normals: NDArray[np.float64]
@@ -48,7 +48,7 @@ def damped_newton_step(
     ----------
     active : (M,)
         Parameters that the data determine.
-    floor : (8,)
+    floor : (m,)
         Least noise variances.
     held : bool
         Whether the variances keep their values.
@@ -62,7 +62,7 @@ def damped_newton_step(
     Returns
     -------
     step : (M,)
-    variance : (8,)
+    variance : (m,)
     size : float
         Largest component of the step, scaled by the information.
     before_step, at_final_variance, after_step : float
@@ -135,7 +135,7 @@ def predicted_decrease(quadratic: Quadratic, active: NDArray[np.bool_], floor: N
 def maximum_likelihood_variance(
     quadratic: Quadratic, squares: NDArray[np.float64], floor: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Maximum-likelihood noise variances (8,) for these sums of squared whitened residuals, at least `floor`.
+    """Maximum-likelihood noise variances (m,) for these sums of squared whitened residuals, at least `floor`.
 
     Outputs that were not measured keep theirs.
     """
@@ -148,7 +148,7 @@ def maximum_likelihood_variance(
 
 @njit
 def change_of_cost(quadratic: Quadratic, variance: NDArray[np.float64]) -> float:
-    """Change of -2 ln L at other noise variances (8,)."""
+    """Change of -2 ln L at other noise variances (m,)."""
     change = 0.0
     for i in range(variance.shape[0]):
         ratio = quadratic.variance[i] / variance[i]
@@ -158,7 +158,7 @@ def change_of_cost(quadratic: Quadratic, variance: NDArray[np.float64]) -> float
 
 @njit
 def at_variance(quadratic: Quadratic, variance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Information (M, M) and gradient (M,) at other noise variances (8,), with the a-priori information."""
+    """Information (M, M) and gradient (M,) at other noise variances (m,), with the a-priori information."""
     normal, gradient = quadratic.prior_normal.copy(), quadratic.prior_gradient.copy()
     for i in range(variance.shape[0]):
         if quadratic.counts[i] > 0.0:
@@ -172,7 +172,7 @@ def at_variance(quadratic: Quadratic, variance: NDArray[np.float64]) -> tuple[ND
 
 @njit
 def squares_after(quadratic: Quadratic, step: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`squares` (8,) after a step in the parameters (M,), to second order."""
+    """`squares` (m,) after a step in the parameters (M,), to second order."""
     after = quadratic.squares.copy()
     for i in range(after.shape[0]):
         if quadratic.counts[i] > 0.0:

@@ -26,7 +26,7 @@ class FilterError:
         Of the structure's free entries.
     forces : ActiveEffect
         Those forces, with the statistics that were estimated.
-    variance : ndarray, shape (8,)
+    variance : ndarray, shape (m,)
         Noise of the outputs with them, SI squared.
     """
 

@@ -124,7 +124,7 @@ NOISE_SEARCH = NoiseSearchSettings()
 
 @dataclass(frozen=True)
 class CompetingFitSettings:
-    """Early termination of competing fits, and their distribution over the cores.
+    """Early termination of competing fits, and of the fits of a continuation from filter form to open loop.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class CompetingFitSettings:
         Factor, 1, on the decrease predicted by a linearisation, which nonlinearity can exceed. Less terminates fits
         that would become the best. Chosen.
     leading_steps : int
-        Steps at each noise factor of the continuation, whose next factor continues the fit anyway.
+        Most steps at each noise factor of the continuation, whose next factor continues the fit anyway.
     as_predicted : float
         Fraction of the predicted decrease, 1, from which the linearisation is taken to hold over a first step: what is
         predicted after it is then within `most_of_promise`, as after a second one. Chosen.

@@ -83,7 +83,7 @@ class Trial(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """As `Whitened`, of one manoeuvre's own parameters; `held` (n, 8) where `block` (n, 8, 1 + C) is not zero."""
+    """As `Whitened`, of one manoeuvre's own parameters; `held` (N, m) where `block` (N, m, 1 + C) is not zero."""
 
     log: int
     held: NDArray[np.bool_]
@@ -96,7 +96,7 @@ class _Block(NamedTuple):
 class Traced:
     """One stretch of one manoeuvre simulated open loop.
 
-    `held` (n, 8) which outputs were measured; `block` (n, 8, 1 + M) measured minus simulated, then the response to each
+    `held` (N, m) which outputs were measured; `block` (N, m, 1 + M) measured minus simulated, then the response to each
     parameter of that manoeuvre (free terms, initial state, effects), SI; `trace` the linearisation; `noise` of the
     inputs; `sensors` on the way of that noise.
     """

@@ -17,9 +17,9 @@ from aerosid.estimation.damped_step import Quadratic
 class Point:
     """A set of parameters with the likelihood and its derivatives.
 
-    `values` (T,) of all terms; `states` the initial ones; `effects` with parameters; `variance` (8,) of the output
-    noise; `cost` -2 ln L but for a constant. Each output's part at that variance: `normals` (8, M, M) and `gradients`
-    (8, M) of the Gauss-Newton step, `squares` (8,) sum of the whitened residuals' squares, `counts` (8,) how many.
+    `values` (T,) of all terms; `states` the initial ones; `effects` with parameters; `variance` (m,) of the output
+    noise; `cost` -2 ln L but for a constant. Each output's part at that variance: `normals` (m, M, M) and `gradients`
+    (m, M) of the Gauss-Newton step, `squares` (m,) sum of the whitened residuals' squares, `counts` (m,) how many.
     `prior_normal` and `prior_gradient`: of the a-priori information.
     """
 
@@ -52,18 +52,18 @@ class Point:
         return np.asarray(self.normals.sum(axis=0) + self.prior_normal)
 
     def maximum_likelihood_variance(self, floor: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Maximum-likelihood noise variances (8,) of these residuals, at least `floor`."""
+        """Maximum-likelihood noise variances (m,) of these residuals, at least `floor`."""
         return damped_step.maximum_likelihood_variance(self.quadratic, self.squares, floor)
 
     def cost_at(self, variance: NDArray[np.float64]) -> float:
-        """-2 ln L at other noise variances (8,).
+        """-2 ln L at other noise variances (m,).
 
         Exact where the inputs are free of noise; else accurate for small changes, as their part changes little.
         """
         return self.cost + damped_step.change_of_cost(self.quadratic, variance)
 
     def squares_after(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
-        """`squares` (8,) after a step in the parameters (M,), to second order."""
+        """`squares` (m,) after a step in the parameters (M,), to second order."""
         return damped_step.squares_after(self.quadratic, step)
 
     def shifted(
@@ -74,7 +74,7 @@ class Point:
         variance: NDArray[np.float64],
         fall: float,
     ) -> Point:
-        """The point after a step within the linearisation; `fall`: decrease of -2 ln L, noise at `variance` (8,)."""
+        """The point after a step within the linearisation; `fall`: decrease of -2 ln L, noise at `variance` (m,)."""
         ratio = self.variance / variance
         return replace(
             self,

@@ -32,7 +32,7 @@ class Response:
     outputs : ndarray, shape (N, m)
         In the order of the case's outputs, SI; NaN from where the simulation left its range.
     states : ndarray, shape (N, n)
-        u, w, q, theta, h.
+        In the order of the case's integrated states, SI.
     rms : dict of str to float or None
         Root-mean-square of measured minus simulated of each measured channel; None where the simulation left its range.
     """

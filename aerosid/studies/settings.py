@@ -57,7 +57,8 @@ class EfficiencySettings:
     most_median : float
         Median error over the bound, 1: that of 1000 runs scatters by 0.04.
     best_known : float
-        Bound over the derivative, 1, up to which its ratio is assessed: a derivative with little information has no
+        Bound over the derivative, 1, below which its ratio is assessed: a derivative with little information has no
+        estimate near enough to the truth for the linearisation behind the bound. Chosen.
     coverage_white, coverage_coloured : tuple of (float, float)
         Fraction of 95 % intervals that contain the truth, 1, least and most: for white noise, three deviations of
         a fraction of 1000, and for autocorrelated noise.
