@@ -98,6 +98,7 @@ def test_what_is_named_is_shown_by_its_own_number(told: Any, sheets: list[str]) 
 
 
 def test_an_alternative_is_one(told: Any) -> None:
+    assert told["alternatives"], "each of these recordings leaves some: nothing is compared"
     named = {(effect["kind"], effect["where"], effect["term"]) for effect in told["effects"]}
     refuted = {text.removeprefix("refuted ") for text in told["decided_by_validation"]}
     for other in told["alternatives"]:
