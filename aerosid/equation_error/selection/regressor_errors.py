@@ -2,14 +2,14 @@
 
 Regressors of the coefficient equations are measured angles and rates. Their errors bias least squares, as a rule
 towards zero, where the terms of a coefficient nearly balance: in the motion of a heavily damped aircraft the moments by
-pitch rate, angle of attack and elevator cancel. Responses to the controls alone contain neither sensor noise nor gusts,
-and with these as instruments the estimate is consistent, at the price of what gusts tell of the derivatives. Where both
-estimates differ by more than the standard errors of the instrumental variables explain, least squares is biased
-(Hausman, Econometrica 46 (1978) 1251; instrumental variables: Soderstrom & Stoica, System Identification, section 8.2),
-or the controls respond to gusts, as an autopilot's do. The records decide: where the derivatives by instrumental
-variables predict the coefficient as well or better, they take the place of the others. Elsewhere the standard errors
-contain the difference, by the part of its square that exceeds what chance explains (James & Stein, Proceedings of the
-Fourth Berkeley Symposium 1 (1961) 361).
+pitch rate, angle of attack and elevator cancel. The response to the controls contains no sensor noise, and with it as
+instrument the estimate is consistent; the gust that the vane sees is its own instrument, for without it the residual
+would contain the response to gusts. Where both estimates differ by more than chance, least squares is biased (Hausman,
+Econometrica 46 (1978) 1251; instrumental variables: Soderstrom & Stoica, System Identification, section 8.2), or the
+controls respond to gusts, as an autopilot's do. The records decide: where the derivatives by instrumental variables
+predict the coefficient as well or better, they take the place of the others. Elsewhere the standard errors contain the
+difference, by the part of its square that exceeds what chance explains (James & Stein, Proceedings of the Fourth
+Berkeley Symposium 1 (1961) 361).
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ def _by_coefficient(found: Estimate) -> list[RegressorErrors]:
 
 
 def _exogenous(found: Estimate) -> list[int]:
-    """Columns that depend on time and recorded controls alone: constants, drifts, steps, terms of controls."""
+    """Columns that are instruments themselves: constants, drifts, steps, terms of controls, gusts."""
 
     def is_exogenous(unknown: Unknown) -> bool:
         if unknown[0] == "effect":
