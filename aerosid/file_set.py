@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import stat
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from aerosid.errors import UsageError
@@ -64,6 +65,38 @@ def require_writable_file(file: Path) -> None:
     if file.exists() and not file.is_file():
         raise UsageError(f"{file}: is a device or pipe, expected the name of a file; give one with --out.")
     require_writable(file.parent)
+
+
+def require_apart(outputs: Iterable[Path], inputs: Iterable[str | Path | None]) -> None:
+    """Nothing, where no output would replace a file that the same call reads; called before any work.
+
+    Parameters
+    ----------
+    outputs : iterable of Path
+        All files that the call writes.
+    inputs : iterable of str or Path or None
+        Files that it reads, as given; those that do not exist, such as bundled names, do not matter.
+
+    Raises
+    ------
+    UsageError
+        Where an output is an input, by whatever path or link.
+    """
+    read = {identity for given in inputs if given is not None and (identity := _identity(Path(given)))}
+    for output in outputs:
+        if read and _identity(output) in read:
+            raise UsageError(
+                f"{output}: it is an input of this call and would be replaced by its output; give another --out."
+            )
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """What is the same of two paths to one file; None where there is no file."""
+    try:
+        found = path.stat()
+    except (OSError, ValueError):  # a text that cannot be a path
+        return None
+    return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else None
 
 
 def write_files(directory: Path, writers: Mapping[str, Writer]) -> tuple[Path, ...]:

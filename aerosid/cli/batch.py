@@ -44,24 +44,28 @@ def batch_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.errors import UsageError
-    from aerosid.file_set import require_folder
+    from aerosid.file_set import require_apart, require_writable
+    from aerosid.logs.spans import parse_span
     from aerosid.loop.settings import LoopSettings
     from aerosid.studies.batch import find_logs, run_batch, write_batch
     from aerosid.studies.batch.console import print_batch
     from aerosid.studies.batch.logs import find_manoeuvres_of
     from aerosid.studies.batch.one_log import CONDITION
-    from aerosid.studies.batch.writing import batch_json
+    from aerosid.studies.batch.writing import batch_json, files_of
     from aerosid.studies.workers import Workers
 
     if catalogue not in ("all", "terms"):
         raise UsageError(f"--catalogue is {catalogue!r}; give all or terms.")
     if against is not None and against not in CONDITION:
         raise UsageError(f"--against is {against!r}; give one of {', '.join(CONDITION)}.")
+    dealt = Workers(workers, scheduler)
     declared = load_aircraft(aircraft)
     logs = find_logs(source, channels, but_in=out)
-    require_folder(out)
+    require_writable(out)
+    inputs = [source, aircraft, channels, *(parse_span(log.path).path for log in logs)]
     if find:
         logs = find_manoeuvres_of(logs, channels)
+    require_apart([out / name for name in files_of([log.name for log in logs], reports)], inputs)
     settings = LoopSettings(catalogue="terms" if catalogue == "terms" else "all", seed=seed)
     with progress_bar("logs") as (announce, tick):
         batch = run_batch(
@@ -71,7 +75,7 @@ def batch_command(
             channels=channels,
             settings=settings,
             reports=reports,
-            workers=Workers(workers, scheduler),
+            workers=dealt,
             announce=announce,
             tick=tick,
         )

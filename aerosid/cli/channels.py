@@ -21,7 +21,7 @@ def channels_command(
 ) -> None:
     """Lists the channels of a recording (unit, samples, rate, span, gaps, range) and proposes a channel map."""
     from aerosid.errors import UsageError
-    from aerosid.file_set import text, write_files
+    from aerosid.file_set import require_apart, text, write_files
     from aerosid.logs.channel_listing import list_channels
     from aerosid.logs.formats import FORMATS, read_recording
     from aerosid.logs.map_proposal import propose_map
@@ -29,6 +29,8 @@ def channels_command(
 
     if form is not None and form not in FORMATS:
         raise UsageError(f"--format is {form!r}, but one of {', '.join(FORMATS)} was expected; give one of them.")
+    if out is not None:
+        require_apart([out], [log])
     recording = read_recording(log, form)
     listing, proposal = list_channels(recording), propose_map(recording, str(log))
     if out is not None:

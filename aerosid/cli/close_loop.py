@@ -14,7 +14,7 @@ from aerosid.cli.output import command_line, mode
 from aerosid.cli.stage_progress import stages
 from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.spans import ROLES, Span, expand, read_span, require_samples
+from aerosid.logs.spans import ROLES, Span, expand, files_given, read_span, require_samples
 from aerosid.manoeuvres import elevator_manoeuvres
 
 if TYPE_CHECKING:  # imported at run time once options and files are known to be valid
@@ -171,6 +171,22 @@ def read_roles(
             "no log is left to identify from: every segment has another role; give one for identification."
         )
     return RoledLogs(*(tuple(roled[role]) for role in ROLES))
+
+
+def report_folder(directory: Path, logs: Sequence[str], aircraft: str, channels: Path | None) -> Path:
+    """The folder of the report, which can be written and whose new files replace no input.
+
+    Raises
+    ------
+    UsageError
+        Where it cannot, or an input has the name of one of the files.
+    """
+    from aerosid.file_set import require_apart, require_writable
+    from aerosid.reporting.writing import FILES
+
+    require_writable(directory)
+    require_apart([directory / name for name in FILES], (*files_given(logs), aircraft, channels))
+    return directory
 
 
 def spans_between(words: Sequence[str], start: float | None, stop: float | None) -> tuple[Span, ...]:

@@ -94,9 +94,11 @@ def export_command(
 ) -> None:
     """Writes the model of an aircraft file for JSBSim, as JSON, CSV, LaTeX or DAVE-ML 2.0."""
     from aerosid.aircraft import load_aircraft
-    from aerosid.file_set import text, write_files
+    from aerosid.file_set import require_apart, text, write_files
     from aerosid.reporting.export import ExportOptions, export
 
+    if out is not None:
+        require_apart([out], [aircraft, into])
     loaded = load_aircraft(aircraft)
     options = ExportOptions(
         into=into,

@@ -47,7 +47,7 @@ def find_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.aircraft.loading import with_mass
     from aerosid.errors import UsageError
-    from aerosid.logs.spans import read_span
+    from aerosid.logs.spans import files_given, read_span
     from aerosid.manoeuvres import KINDS, find_manoeuvres
     from aerosid.reporting.manoeuvres import print_segmentation, segmentation_json, write_segmentation
 
@@ -64,6 +64,6 @@ def find_command(
     output = console()
     print_segmentation(found, recording, output, rejected)
     if out is not None:
-        files = write_segmentation(found, recording, out)
+        files = write_segmentation(found, recording, out, [*files_given([log]), aircraft, channels])
         output.print(f"Written: {len(files)} files, {files[2]} first.", soft_wrap=True)
     tell(lambda: headed("find", segmentation_json(found, recording)))

@@ -74,12 +74,13 @@ def fly_command(
     seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.")] = 0,
 ) -> None:
     """Simulates a flight with JSBSim: a log, the declared aircraft file, and the true parameters for comparison."""
+    from aerosid.file_set import require_apart
     from aerosid.studies.jsbsim.command import companions, control_inputs, find_aircraft, flight_plan, write_flight
     from aerosid.studies.jsbsim.flight import fly_jsbsim
     from aerosid.studies.jsbsim.process import require_jsbsim
 
     require_jsbsim()
-    companions(out)
+    require_apart([out.with_name(name) for name in companions(out)], [aircraft, *(shapes or [])])
     found = find_aircraft(aircraft)
     flown = control_inputs(shapes or ["doublet"], found, amplitude, unit, duration, interval)
     plan = flight_plan(

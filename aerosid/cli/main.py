@@ -239,7 +239,7 @@ def close_loop_command(
     ] = False,
 ) -> int:
     """Identifies the effects missing from the declared model, completes it, and reports the errors before and after."""
-    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, with_progress
+    from aerosid.cli.close_loop import loop_settings, provenance, read_roles, report_folder, with_progress
 
     roled = read_roles(logs, validate or [], channels, start, stop, hold_out=hold_out or [], find=find)
     from aerosid.aircraft import load_aircraft
@@ -248,10 +248,8 @@ def close_loop_command(
     declared = load_aircraft(aircraft)
     for log in roled.every:
         require_manoeuvre(log)
-    from aerosid.file_set import require_writable
-
-    directory = out or Path("reports") / roled.identification[0].name
-    require_writable(directory)
+    records = (*logs, *(validate or ()), *(hold_out or ()))
+    directory = report_folder(out or Path("reports") / roled.identification[0].name, records, aircraft, channels)
     settings = loop_settings(
         prefilter,
         error_density,

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from aerosid.model_error.paper_chain.in_flight import Frame
 
+PAGE = "replay.html"
+
 
 def replay_command(
     log: Annotated[
@@ -41,7 +43,8 @@ def replay_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import read_roles
     from aerosid.errors import UsageError
-    from aerosid.file_set import require_folder, text, write_files
+    from aerosid.file_set import require_apart, require_folder, text, write_files
+    from aerosid.logs.spans import files_given
     from aerosid.loop.identification import replayed
     from aerosid.reporting.replay_page import render_replay
 
@@ -50,11 +53,12 @@ def replay_command(
     declared = load_aircraft(aircraft)
     flight = read_roles([log], [], channels).identification[0]
     directory = out or Path("reports") / flight.name
+    require_apart([directory / PAGE], [*files_given([log]), aircraft, channels])
     require_folder(directory)
     output = console()
     frames = list(_watched(replayed(flight, declared, step), output, speed))
     files = write_files(
-        directory, {"replay.html": text(render_replay(frames, flight.name, declared.name, declared.axes.coefficients))}
+        directory, {PAGE: text(render_replay(frames, flight.name, declared.name, declared.axes.coefficients))}
     )
     output.print(replay_table(frames[-1]))
     for name in frames[-1].names:

@@ -104,11 +104,11 @@ def study_command(
 ) -> None:
     """Monte Carlo study of simulated flights: errors against their bound, true coverage, detection, prediction."""
     from aerosid.cli.progress_bar import progress_bar
-    from aerosid.file_set import require_folder
+    from aerosid.file_set import require_apart, require_writable
     from aerosid.studies.monte_carlo import run_study, write_study
     from aerosid.studies.monte_carlo.console import print_demands, print_study
     from aerosid.studies.monte_carlo.words import StudyWords, plan_of
-    from aerosid.studies.monte_carlo.writing import study_json
+    from aerosid.studies.monte_carlo.writing import FILES, study_json
     from aerosid.studies.workers import Workers
 
     words = StudyWords(
@@ -132,8 +132,9 @@ def study_command(
         seed=seed,
         catalogue=catalogue,
     )
+    require_apart([out / name for name in FILES], [aircraft, flown, base, channels, validate])
     plan = plan_of(words, preset)
-    require_folder(out)
+    require_writable(out)
     with progress_bar("runs") as (announce, tick):
         study = run_study(plan, out, Workers(workers, scheduler), announce, tick)
     files = write_study(study, out)

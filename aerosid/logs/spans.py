@@ -18,7 +18,17 @@ from aerosid.logs.formats import read_log
 from aerosid.logs.formats.table import shown
 from aerosid.logs.settings import READING
 
-__all__ = ["ROLES", "Span", "cut_span", "expand", "is_segment_file", "parse_span", "read_segment_file", "read_span"]
+__all__ = [
+    "ROLES",
+    "Span",
+    "cut_span",
+    "expand",
+    "files_given",
+    "is_segment_file",
+    "parse_span",
+    "read_segment_file",
+    "read_span",
+]
 
 ROLES = ("identification", "validation", "hold_out")
 """Permitted roles of a segment."""
@@ -112,6 +122,18 @@ def expand(texts: Iterable[str | Path]) -> tuple[Span, ...]:
         path = Path(text)
         spans += read_segment_file(path) if is_segment_file(path) else [parse_span(text)]
     return tuple(spans)
+
+
+def files_given(texts: Iterable[str | Path]) -> tuple[Path, ...]:
+    """The files that a command line's arguments name: recordings, segment files, and the recordings in these.
+
+    Raises
+    ------
+    UsageError
+        As `expand`.
+    """
+    texts = tuple(texts)
+    return (*map(Path, texts), *(span.path for span in expand(texts)))
 
 
 def read_span(

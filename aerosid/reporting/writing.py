@@ -12,6 +12,7 @@ from pathlib import Path
 from aerosid.aircraft import save_aircraft
 from aerosid.compiled.cores import available, begun, on_cores
 from aerosid.errors import AircraftError, UsageError
+from aerosid.file_set import require_apart
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import Report, compose, report_html
 from aerosid.reporting.result_json import result_text
@@ -50,10 +51,14 @@ def write_report(
     Raises
     ------
     UsageError
-        Where the folder cannot be created or written. On any failure no file is left half-written: all are written into
-        a temporary folder on the same disk first and moved only when the last one is complete.
+        Where the folder cannot be created or written, or a file would replace an input of the result. On any failure no
+        file is left half-written: all are written into a temporary folder on the same disk first and moved only when
+        the last one is complete.
     """
     directory = Path(directory)
+    logs = (*result.identification, *result.validation, *result.hold_out)
+    inputs = (path for path in (result.aircraft.path, *(log.path for log in logs)) if path)
+    require_apart((directory / name for name in FILES), inputs)
     made = _make(directory)
     temporary: Path | None = None
     try:

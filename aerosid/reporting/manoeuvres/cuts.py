@@ -6,10 +6,11 @@ import csv
 import io
 import json
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 from aerosid import __version__
-from aerosid.file_set import Writer, text, write_files
+from aerosid.file_set import Writer, require_apart, text, write_files
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_writing import channel_map_text, native_csv
 from aerosid.manoeuvres import FlightSegmentation, FoundManoeuvre
@@ -41,13 +42,20 @@ def cut_name(log: FlightLog, manoeuvre: FoundManoeuvre, names: Counter[str]) -> 
     return name if names[name] == 1 else f"{name}_{names[name]}"
 
 
-def write_segmentation(segmentation: FlightSegmentation, log: FlightLog, directory: Path) -> tuple[Path, ...]:
+def write_segmentation(
+    segmentation: FlightSegmentation, log: FlightLog, directory: Path, inputs: Iterable[str | Path | None] = ()
+) -> tuple[Path, ...]:
     """The paths of the files written: cuts and maps of every motion, segments.csv, manoeuvres.json, manoeuvres.html.
+
+    Parameters
+    ----------
+    inputs : iterable of str or Path or None
+        Further files that were read for it, which like the log are not replaced.
 
     Raises
     ------
     UsageError
-        Where the folder cannot be written.
+        Where the folder cannot be written, or a file would replace an input.
     """
     taken: Counter[str] = Counter()
     names = [cut_name(log, manoeuvre, taken) for manoeuvre in segmentation]
@@ -65,6 +73,8 @@ def write_segmentation(segmentation: FlightSegmentation, log: FlightLog, directo
         "segments.csv": text(_segments(segmentation, log, names)),
         "manoeuvres.html": text(_page(segmentation, log, names)),
     }
+    outputs = (*(directory / name for name in files), *(directory / "cuts" / name for name in cuts))
+    require_apart(outputs, (log.path or None, *inputs))
     return (*write_files(directory, files), *write_files(directory / "cuts", cuts))
 
 

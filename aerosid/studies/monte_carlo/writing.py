@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from aerosid import __version__
-from aerosid.file_set import text, write_files
+from aerosid.file_set import Writer, text, write_files
 from aerosid.reporting.paper import page_pdf
 from aerosid.reporting.result_json import portable
 from aerosid.studies.monte_carlo.page import drawn_figures, page_html
@@ -17,6 +17,8 @@ from aerosid.studies.workers import FAILURE
 
 SCHEMA = 1
 """Format: version of study.json."""
+
+FILES = ("study.json", "runs.parquet", "study.html", "study.pdf")
 
 
 def study_json(study: Study) -> dict[str, Any]:
@@ -102,12 +104,10 @@ def write_study(study: Study, directory: Path) -> tuple[Path, ...]:
     groups = drawn_figures(study)
     page = page_html(study, groups)
     figures = [drawn.figure for _, drawings in groups for drawn in drawings]
-    return write_files(
-        directory,
-        {
-            "study.json": text(json.dumps(study_json(study), indent=2, allow_nan=False) + "\n"),
-            "runs.parquet": lambda path: write_runs(study, path),
-            "study.html": text(page),
-            "study.pdf": lambda path: path.write_bytes(page_pdf(page, figures, __version__)),
-        },
+    writers: tuple[Writer, ...] = (
+        text(json.dumps(study_json(study), indent=2, allow_nan=False) + "\n"),
+        lambda path: write_runs(study, path),
+        text(page),
+        lambda path: path.write_bytes(page_pdf(page, figures, __version__)),
     )
+    return write_files(directory, dict(zip(FILES, writers, strict=True)))
