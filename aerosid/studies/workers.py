@@ -189,7 +189,19 @@ class _Work:
 @one_blas_thread()
 def run_items(task: Task, items: Sequence[str]) -> list[tuple[str, Row]]:
     """The results of some items, in their order; runs in a worker."""
-    return [(key, _guarded(task, key)) for key in items]
+    _Stopped.can_be_raised = True
+    try:
+        return [(key, _guarded(task, key)) for key in items]
+    except _Stopped:
+        os._exit(1)  # what the item had begun to write is removed by now
+    finally:
+        _Stopped.can_be_raised = False
+
+
+class _Stopped(BaseException):
+    """Raised in a worker that is told to end while it works on an item."""
+
+    can_be_raised = False
 
 
 def _guarded(task: Task, key: str) -> Row:
@@ -225,7 +237,11 @@ def opened(workers: Workers) -> Iterator[tuple[Executor, int]]:
     try:
         yield executor, count
     except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
+        # Items in progress are not awaited, only what their workers have to tidy up.
+        processes = list((executor._processes or {}).values())
+        for process in processes:
+            process.terminate()
+        executor.shutdown(cancel_futures=True)
         raise
     else:
         executor.shutdown()
@@ -248,7 +264,14 @@ def end_with_parent() -> None:
     import signal
     from multiprocessing.connection import wait as wait_for
 
+    def stop(number: int, _frame: object) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        if _Stopped.can_be_raised:
+            raise _Stopped
+        os._exit(1)
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent receives it and ends the workers
+    signal.signal(signal.SIGTERM, stop)
     parent = multiprocessing.parent_process()
     if parent is None:
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from aerosid.cli.stop_signals import termination_as_interrupt
+from aerosid.cli.stop_signals import is_interrupt, termination_as_interrupt
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -70,3 +71,77 @@ def test_a_copy_of_the_process_ends_at_once() -> None:
     assert os.WTERMSIG(status) == signal.SIGTERM
     assert not termination.requested
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+WAITING = """
+import sys, time
+from aerosid.cli.stop_signals import INTERRUPTED, unless_ended
+def run():
+    try:
+        print("begun", flush=True)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        print("stopping", flush=True)
+        time.sleep(60)  # as for a worker that does not end
+        return INTERRUPTED
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.exit(unless_ended(run)[0])
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_second_signal_ends_the_process_at_once(number: signal.Signals, code: int) -> None:
+    with subprocess.Popen(
+        (sys.executable, "-c", WAITING), env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True,
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as run:  # fmt: skip
+        assert run.stdout is not None
+        assert run.stdout.readline() == "begun\n"
+        run.send_signal(number)
+        run.send_signal(number)  # passed on by the process that started it: still the same request
+        assert run.stdout.readline() == "stopping\n"
+        time.sleep(0.3)
+        run.send_signal(number)
+        _, told = run.communicate(timeout=20)
+    assert run.returncode == code
+    assert told.startswith("aerosid: ")
+    assert "Traceback" not in told
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("second", [None, 0.3])
+def test_a_study_ends_with_its_workers(second: float | None, tmp_path: Path) -> None:
+    # All processes receive the signal, as from a terminal.
+    words = ("study", "--aircraft", "light_transport", "--runs", "300", "--workers", "2", "--out", "out")
+    with subprocess.Popen(
+        (sys.executable, "-c", PROGRAM, *words), cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True,
+        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True,
+    ) as run:  # fmt: skip
+        assert run.stderr is not None
+        assert "runs, 0 of" in run.stderr.readline()
+        time.sleep(4.0)  # workers have begun to work
+        os.killpg(run.pid, signal.SIGINT)
+        if second is not None:
+            time.sleep(second)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(run.pid, signal.SIGINT)
+        _, told = run.communicate(timeout=30)  # until the last process has closed it
+    assert run.returncode == 130
+    assert "aerosid: interrupted" in told
+    assert "Traceback" not in told
+
+
+def test_an_interrupt_in_a_compiled_call_is_one() -> None:
+    def returned(text: str, cause: BaseException | None, context: BaseException | None = None) -> SystemError:
+        error = SystemError(text)
+        error.__cause__, error.__context__ = cause, context
+        return error
+
+    with_exception = "returned a result with an exception set"
+    assert is_interrupt(returned(with_exception, KeyboardInterrupt()))
+    assert is_interrupt(returned(with_exception, None, KeyboardInterrupt()))
+    assert is_interrupt(returned(with_exception, returned(with_exception, KeyboardInterrupt())))
+    assert not is_interrupt(returned(with_exception, ValueError()))
+    assert not is_interrupt(returned("returned NULL without setting an exception", None))
