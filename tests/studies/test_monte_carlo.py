@@ -475,3 +475,18 @@ def test_six_axis_errors_are_those_of_the_bound(tmp_path: Path) -> None:
     assert ratios.size == 24
     assert ratios.min() > 0.65
     assert ratios.max() < 1.4
+
+
+def test_a_term_of_a_channel_that_no_flight_moves_is_refused_with_what_is_possible() -> None:
+    for words, channel in (
+        ({"effects": ("C_m:foo^2=1",)}, "foo"),
+        ({"effects": ("C_m:foo^2=1",), "catalogue": "known"}, "foo"),
+        ({"effects": ("C_m:alpha*delta_f=1",)}, "delta_f"),
+    ):
+        with pytest.raises(
+            UsageError, match=rf"{channel} is not part of the motion .*; give a term of alpha, .*, delta_e"
+        ):
+            make_truth(plan_of(StudyWords(aircraft="light_transport", **words)))  # type: ignore[arg-type]
+    # Variables of the motion and the surfaces that are flown may be planted.
+    truth = make_truth(plan_of(StudyWords(aircraft="light_transport", effects=("C_m:alpha*delta_e=0.1",))))
+    assert ("C_m", "alpha*delta_e") in [(coefficient, str(term)) for coefficient, term in truth.free]

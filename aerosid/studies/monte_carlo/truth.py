@@ -17,6 +17,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre, initial_state, prepare
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.flight_model.simulation import ALTITUDE, flown_controls, fly_controls, trim, trimmed_state
+from aerosid.flight_model.terms import VARIABLES
 from aerosid.logs.flight_log import FlightLog
 from aerosid.studies.monte_carlo.elevator import in_turn
 from aerosid.studies.monte_carlo.noise_draw import NoiseSource, redrawn
@@ -126,15 +127,26 @@ def _true_model(plan: StudyPlan, airspeed: float) -> tuple[AerodynamicModel, tup
     Raises
     ------
     UsageError
-        Where an effect is planted on a surface that no term uses.
+        Where an effect is planted on a surface that no term uses, or a term of a channel that no flight of the study
+        moves.
     """
     terms = {effect.entry: effect.value for effect in plan.effects if effect.entry is not None}
+    declared = declared_model(plan.aircraft, airspeed)
     model = declared_model(plan.aircraft, airspeed, [term for _, term in terms]).extended(terms)
     values = model.values.copy()
     for entry, value in terms.items():
         values[model.index(entry)] = value
     model = model.with_values(values)
     controls = controls_of(model)
+    # An estimate with known terms flies the surfaces of these too; a search knows those of the declared model alone.
+    moved = (*declared.columns, *(flown_controls(model) if plan.catalogue == "known" else ()))
+    for coefficient, term in terms:
+        if unknown := sorted(term.variables - {*VARIABLES, *moved}):
+            known = (*VARIABLES, *(name for name in dict.fromkeys(moved) if name.startswith("delta_")))
+            raise UsageError(
+                f"--effect {coefficient}:{term}: {unknown[0]} is not part of the motion and moved in no flight of the "
+                f"study; give a term of {', '.join(known)}."
+            )
     for effect in plan.effects:
         if effect.entry is None and effect.where.startswith("delta_") and effect.where not in controls:
             raise UsageError(
