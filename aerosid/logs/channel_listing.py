@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from aerosid.logs.recording import TICKS, AnyArray, Clock, FloatArray, Recording, Stream
+from aerosid.logs.recording import TICKS, AnyArray, Clock, FloatArray, Recording, Stream, as_floats
 from aerosid.logs.settings import READING
 from aerosid.logs.stamps import DEFAULTS, Span, StampSettings, back_steps, flight_span, holes, unusable
 from aerosid.signals.resampling import median_step
@@ -206,7 +206,7 @@ def _listed_stream(stream: Stream, clock: Clock | None, origin: int, settings: S
 
 
 def _listed_channel(stream: Stream, name: str, unit: str | None, recorded: AnyArray) -> ListedChannel:
-    values = recorded.astype(np.float64)
+    values = as_floats(recorded)
     # Larger numbers make a sum overflow: they are damaged data.
     values[~(np.abs(values) < _LARGEST)] = np.nan
     present = values[np.isfinite(values)]

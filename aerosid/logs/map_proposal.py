@@ -14,7 +14,7 @@ from aerosid.logs.fitting_map import fitting_ready_map, found_in
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import ready_maps
 from aerosid.logs.formats.channel_map import load_channel_map
-from aerosid.logs.recording import TICKS, FloatArray, Recording
+from aerosid.logs.recording import TICKS, FloatArray, Recording, as_floats
 from aerosid.logs.settings import READING
 from aerosid.logs.stamps import unusable
 from aerosid.logs.unit_physics import ProposalSettings, ProposedChannel, apply_physics, judge_load_factor
@@ -186,7 +186,7 @@ def _time_column(recording: Recording) -> tuple[str, str] | None:
         for name, column in stream.columns.items():
             last = name.rsplit("/", 1)[-1]
             if _plain(last) in _TIME:
-                values = column.load().astype(np.float64)
+                values = as_floats(column.load())
                 rises = values.size > 1 and bool(np.all(np.diff(values) >= 0.0))
                 if rises:
                     return name, column.unit if column.unit in TICKS else _tick_by_size(values)
@@ -217,7 +217,7 @@ def _tracks(
             stamps = (raw - raw[0]).astype(np.float64) * TICKS[time[1]]
         else:
             continue
-        values = proposed.scale * found.column.load().astype(np.float64)
+        values = proposed.scale * as_floats(found.column.load())
         order = np.argsort(stamps, kind="stable")
         keep = order[np.concatenate([[True], np.diff(stamps[order]) > 0.0])]
         there = keep[np.isfinite(values[keep])]

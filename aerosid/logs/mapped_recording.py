@@ -12,7 +12,7 @@ from aerosid.logs.flight_log import ChannelSource
 from aerosid.logs.formats.assembly import Assembled, Place, derive, glossary_factor, held_unit, initialised, scaled
 from aerosid.logs.formats.channel_map import ChannelColumnMap, ChannelMap
 from aerosid.logs.raster import DEFAULTS, RasterSettings, Track, onto_one_raster
-from aerosid.logs.recording import TICKS, Clock, FloatArray, IntArray, Recording, Stream
+from aerosid.logs.recording import TICKS, Clock, FloatArray, IntArray, Recording, Stream, as_floats
 from aerosid.logs.settings import READING
 from aerosid.logs.stamps import back_steps, flight_span, spread_repeats, unusable
 from aerosid.logs.stream_alignment import MappedChannel, align_streams, unaligned_streams
@@ -176,7 +176,7 @@ def _channel(
         )
     raw = [np.asarray(one.column.load()) for one in found]
     held = entry.held or any(values.dtype.kind == "b" for values in raw)
-    recorded = np.column_stack([values.astype(np.float64) for values in raw])
+    recorded = np.column_stack([as_floats(values) for values in raw])
     recorded = np.where(np.isfinite(recorded), recorded, np.nan)
     # Damaged bytes can give numbers whose product overflows; such a sample is missing.
     with np.errstate(all="ignore"):

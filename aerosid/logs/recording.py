@@ -60,6 +60,12 @@ def since(ticks: AnyArray, origin: float, tick: float) -> FloatArray:
     return (ticks.astype(np.float64) - origin) * tick
 
 
+def as_floats(values: AnyArray) -> FloatArray:
+    """Recorded values as float64; bytes of damaged data that are no valid number become NaN, without a warning."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values).astype(np.float64)
+
+
 @dataclass(frozen=True)
 class Column:
     """One recorded quantity.

@@ -19,7 +19,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log, read_recording, read_segments
 from aerosid.logs.gps_time import leap_seconds, utc_of_gps
 from aerosid.logs.map_proposal import propose_map
-from aerosid.logs.recording import Recording
+from aerosid.logs.recording import Recording, Stream, column
 
 ULOG_FIELDS = "uint64_t timestamp;float x;"
 
@@ -522,3 +522,34 @@ def test_c24_on_the_recordings(name: str, word: str) -> None:
     first = propose_map(read_recording(path), str(path)).text.splitlines()[0]
     assert word in first
     assert "confirm it" in first
+
+
+def test_a_topic_without_a_stamp_is_one_sentence(tmp_path: Path) -> None:
+    # Damage in its format: the samples behind its first one, of whatever topic, are lost to pyulog.
+    renamed = ("state", 0, "uint64_t timestamq;float x;", rows(1.0, 3.0, 50.0))
+    path = write(tmp_path, "log.ulg", files.ulog([renamed, topic("gyro", rows(1.0, 3.0, 100.0))]))
+    with pytest.raises(LogError, match=r"log\.ulg: .* \(topic state has no field timestamp, .*; download it"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("unit", "content"), [(("QbZ", "TimeUS,Id,Lacel"), (0, ord("n"), "m/s")), (("QZb", "TimeUS,Id,Label"), (0, "n", 1))]
+)
+def test_a_damaged_description_of_units_is_one_sentence(
+    tmp_path: Path, unit: tuple[str, str], content: tuple[int | str, ...]
+) -> None:
+    form: files.Fmt = (14, "UNIT", *unit)
+    whole = b"".join(files.flash_format(one) for one in (files.FMT_OF_FMT, ATT, form))
+    whole += files.flash_message(form, *content) + files.flash_message(ATT, 20_000, 0, 1)
+    path = write(tmp_path, "log.bin", whole)
+    with pytest.raises(LogError, match=r"log\.bin: message UNIT, .*; download the log") as caught:
+        read_recording(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_bytes_that_are_no_number_are_listed_without_a_warning(tmp_path: Path) -> None:
+    # A signalling NaN, as flipped bits leave it: numpy warns where it casts one, and warnings are errors here.
+    signalling = np.full(20, 0x7F800001, dtype=np.uint32).view(np.float32)
+    recording = Recording("ulog", (Stream("gyro", {"x": column(signalling)}),))
+    (channel,) = list_channels(recording).channels
+    assert (channel.samples, channel.missing) == (20, 20)

@@ -176,7 +176,14 @@ def find_channel_map(log: Path, given: Path | None) -> Path | None:
     # LOG is the file's full name, or its name without the suffix.
     stem = log.name.removesuffix(".gz")
     names = (f"{log.name}.channels.toml", f"{stem}.channels.toml", f"{Path(stem).stem}.channels.toml", "channels.toml")
-    return next((path for name in names if (path := log.parent / name).is_file()), None)
+    return next((path for name in names if _is_there(path := log.parent / name)), None)
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # its name is longer than the file system allows, where that of the log just fits
+        return False
 
 
 def load_channel_map(path: Path) -> ChannelMap:

@@ -89,7 +89,7 @@ def read_dataflash(data: bytes, path: str) -> Recording:
     Raises
     ------
     LogError
-        If it contains no message of a declared type.
+        If it contains no message of a declared type, or those that give units are damaged.
 
     Notes
     -----
@@ -104,7 +104,7 @@ def read_dataflash(data: bytes, path: str) -> Recording:
         raise LogError(
             f"{path}: no message of this DataFlash log is described; download the log from the aircraft again."
         )
-    described = _descriptions(raw, positions, kinds, formats)
+    described = _descriptions(raw, positions, kinds, formats, path)
     streams, counts, unsound = _streams(raw, positions, kinds, formats, described)
     notes = _notes(skipped, unknown, int(positions.size), raw.size, unsound)
     return finished_recording("dataflash", streams, counts, notes)
@@ -173,14 +173,23 @@ def _records(raw: AnyArray, positions: IntArray, form: MessageFormat) -> AnyArra
     return _gathered(raw, positions, _HEAD_LENGTH, layout.itemsize).view(layout).ravel()
 
 
-def _descriptions(raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: dict[int, MessageFormat]) -> _Described:
+def _descriptions(
+    raw: AnyArray, positions: IntArray, kinds: AnyArray, formats: dict[int, MessageFormat], path: str
+) -> _Described:
     described = _Described()
     for kind, form in formats.items():
         here = positions[kinds == kind]
         if form.name not in ("FMTU", "UNIT", "MULT") or not form.sound or here.size == 0:
             continue
-        for record in _records(raw, here, form):
-            _describe(described, form, record)
+        try:
+            for record in _records(raw, here, form):
+                _describe(described, form, record)
+        except (ValueError, TypeError) as error:
+            # Without them the numbers of other messages would be read in wrong units.
+            raise LogError(
+                f"{path}: message {form.name}, which gives the units of the others, does not have the fields that it "
+                f"has in a DataFlash log ({error}); download the log from the aircraft again."
+            ) from None
     return described
 
 

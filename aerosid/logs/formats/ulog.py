@@ -64,6 +64,12 @@ def read_ulog(data: bytes, path: str) -> Recording:
         raise LogError(f"{path}: the ULog file is damaged ({detail}); download it from the aircraft again.") from None
     if not log.data_list:
         raise LogError(f"{path}: the ULog file holds no topic; the aircraft logged nothing, or the file is cut off.")
+    if unstamped := [topic.name for topic in log.data_list if "timestamp" not in topic.data]:
+        # pyulog stops at its first sample, so that those of other topics are missing too.
+        raise LogError(
+            f"{path}: the ULog file is damaged (topic {ascii(unstamped[0])[1:-1]} has no field timestamp, which every "
+            "topic has); download it from the aircraft again."
+        )
     # pyulog measures a drop-out's length in ms from the last stamp before it.
     drops = tuple((drop.timestamp * TICKS["us"], drop.duration * TICKS["ms"]) for drop in log.dropouts)
     return Recording(
