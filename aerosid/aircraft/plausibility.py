@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from aerosid.aircraft.effect_values import made_effect
 from aerosid.aircraft.model import Aircraft
+from aerosid.effects import InputEffect
 from aerosid.errors import AircraftError
 
 _RANGES: tuple[tuple[str, float, float, str], ...] = (
@@ -64,11 +65,19 @@ it."""
 def _impossible_effects(aircraft: Aircraft) -> list[str]:
     """What no aircraft shows among the declared effects: close-loop refuses them."""
     found = []
+    used = {name for entry in aircraft.derivatives for name in entry.term.variables}
     for number, effect in enumerate(aircraft.effects, start=1):
+        key = f"effects[{number}] ({effect.kind})"
         try:
-            made_effect(effect, f"effects[{number}] ({effect.kind})", USUAL_INTERVAL)
+            made, _ = made_effect(effect, key, USUAL_INTERVAL)
         except AircraftError as error:
             found.append(f"{error}; close-loop refuses the file as it is")
+            continue
+        if isinstance(made, InputEffect) and not made.column and made.where not in used:
+            found.append(
+                f"{key} acts on {made.where}, which no declared term uses; add a term in {made.where} or strike the "
+                "effect; close-loop refuses the file as it is"
+            )
     return found
 
 

@@ -362,6 +362,7 @@ def shown(found: object) -> str:
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """`; did you mean NAME?` where a known name is close."""
-    close = difflib.get_close_matches(name, list(known), 1)
+    """`; did you mean NAME?` where a known name is close; nearest is one that differs in capitals alone."""
+    known = list(known)
+    close = [each for each in known if each.lower() == name.lower()] or difflib.get_close_matches(name, known, 1)
     return f"; did you mean {close[0]}?" if close else ""

@@ -511,6 +511,7 @@ def test_a_number_or_a_list_out_of_range_is_told_its_bound(added: str, told: str
         ("force = 5661.0\n", "", "thrust channel"),
         ("[mass]", '[[effects]]\nkind = "sensor_scale"\nwhere = "alpha"\nvalue = 1000.0\n\n[mass]', "from 0.2 to 5"),
         ("[mass]", '[[effects]]\nkind = "control_lag"\nwhere = "delta_e"\nvalue = 1e9\n\n[mass]', "close-loop refuses"),
+        ("[mass]", '[[effects]]\nkind = "control_lag"\nwhere = "delta_f"\nvalue = 0.1\n\n[mass]', "acts on delta_f"),
     ],
 )
 def test_unusual_numbers_are_warned_of(old: str, new: str, told: str, tmp_path: Path) -> None:

@@ -36,3 +36,10 @@ def test_a_misspelt_name_is_refused_with_the_nearest(term: str, nearest: str) ->
 @pytest.mark.parametrize("term", ["alpha2", "delta_e_tab", "gear", "spoiler_left", "alpha*flap_lever"])
 def test_channels_of_ones_own_may_stand_in_terms(term: str) -> None:
     assert aircraft_from_text(with_term(term), "file.toml", "").name == "Light transport"
+
+
+@pytest.mark.parametrize(("written", "nearest"), [("C_M", "C_m"), ("C_x", "C_X"), ("c_z", "C_Z")])
+def test_a_coefficient_that_differs_in_capitals_alone_is_the_nearest(written: str, nearest: str) -> None:
+    text = load_aircraft("light_transport").text.replace(f"[derivatives.{nearest}]", f"[derivatives.{written}]")
+    with pytest.raises(AircraftError, match=rf"did you mean {nearest}\?"):
+        aircraft_from_text(text, "file.toml", "")
