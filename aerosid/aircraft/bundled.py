@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from aerosid.errors import UsageError
 
@@ -23,12 +23,14 @@ def bundled_folder(folder: Folder) -> Path:
     Raises
     ------
     UsageError
-        If the installation lacks the folder.
+        If the name is another, or the installation lacks the folder.
 
     Notes
     -----
     In a checkout the folders stand beside the package; the wheel holds them inside it (pyproject.toml, force-include).
     """
+    if folder not in get_args(Folder):
+        raise UsageError(f"no bundled folder is named {folder!r}; give one of {', '.join(get_args(Folder))}.")
     for parent in (_PACKAGE, _PACKAGE.parent):
         candidate = parent / folder
         if candidate.is_dir():

@@ -34,7 +34,7 @@ from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.roles import ROLES, Role, named_apart, require_separate
+from aerosid.loop.roles import ROLES, Role, named_apart, require_logs, require_separate
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_missing_chain
 from aerosid.loop.verdict import (
@@ -97,8 +97,11 @@ def close_loop(
     EstimationError
         Where the declared model cannot be simulated at all.
     UsageError
-        Where the flight phase or the aircraft class is unknown, or two logs hold the same samples.
+        Where the flight phase or the aircraft class is unknown, two logs hold the same samples, or there is no log.
+    TypeError
+        Where an argument is no log, no sequence of them, or no aircraft.
     """
+    require_logs(identification, aircraft, validation, hold_out)
     require_separate(identification, validation, hold_out)
     identification, validation, hold_out = named_apart(identification, validation, hold_out)
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)

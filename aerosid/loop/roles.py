@@ -9,6 +9,7 @@ from itertools import combinations, count, islice
 from pathlib import Path
 from typing import Literal, get_args
 
+from aerosid.aircraft import Aircraft
 from aerosid.errors import UsageError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.shared_samples import shared_samples
@@ -19,6 +20,37 @@ ROLES: tuple[Role, ...] = get_args(Role)
 
 OPTIONS: dict[Role, str] = {"identification": "the fitted logs", "validation": "--validate", "hold_out": "--hold-out"}
 """How a person gave a log its role."""
+
+
+def require_logs(identification: object, aircraft: object, validation: object = (), hold_out: object = ()) -> None:
+    """Refuse what is no aircraft, no sequence of logs, or no log at all: a caller from Python can pass anything.
+
+    Raises
+    ------
+    TypeError
+        With what to pass.
+    UsageError
+        Where there is no log to identify from.
+    """
+    if not isinstance(aircraft, Aircraft):
+        raise TypeError(
+            f"the aircraft is {_shown(aircraft)}, expected an Aircraft; pass that of load_aircraft(file or name)."
+        )
+    for role, logs in zip(ROLES, (identification, validation, hold_out), strict=True):
+        if isinstance(logs, FlightLog):
+            raise TypeError(f"{role} is one FlightLog, expected a list of them; pass it as [log].")
+        if not isinstance(logs, Sequence) or isinstance(logs, str):
+            raise TypeError(f"{role} is {_shown(logs)}, expected a list of FlightLog; pass [read_log(file)].")
+        for log in logs:
+            if not isinstance(log, FlightLog):
+                raise TypeError(f"{role} holds {_shown(log)}, expected FlightLog; pass that of read_log(file).")
+    if not identification:
+        raise UsageError("there is no log to identify from; pass at least one, as [read_log(file)].")
+
+
+def _shown(found: object) -> str:
+    kind = type(found).__name__
+    return f"{kind} {str(found)[:60]!r}" if isinstance(found, str | Path) else f"a {kind}"
 
 
 def require_separate(
