@@ -21,7 +21,7 @@ def text(content: str) -> Writer:
 
 
 def require_folder(directory: Path) -> None:
-    """Make the folder; called before a long computation as well, so that a wrong --out is known at once.
+    """Make the folder; a long computation calls `require_writable` before, which leaves none where it is refused.
 
     Raises
     ------

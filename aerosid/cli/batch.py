@@ -44,7 +44,7 @@ def batch_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.progress_bar import progress_bar
     from aerosid.errors import UsageError
-    from aerosid.file_set import require_apart, require_writable
+    from aerosid.file_set import require_apart
     from aerosid.logs.spans import parse_span
     from aerosid.loop.settings import LoopSettings
     from aerosid.studies.batch import find_logs, run_batch, write_batch
@@ -61,7 +61,6 @@ def batch_command(
     dealt = Workers(workers, scheduler)
     declared = load_aircraft(aircraft)
     logs = find_logs(source, channels, but_in=out)
-    require_writable(out)
     inputs = [source, aircraft, channels, *(parse_span(log.path).path for log in logs)]
     if find:
         logs = find_manoeuvres_of(logs, channels)

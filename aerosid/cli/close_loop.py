@@ -195,11 +195,14 @@ def spans_between(words: Sequence[str], start: float | None, stop: float | None)
     Raises
     ------
     UsageError
-        Where --from or --to is not a time or is combined with a span, or a span or segment file is wrong.
+        Where --from or --to is not a time or is combined with a span, --from is not before --to, or a span or segment
+        file is wrong.
     """
     for option, instant in (("--from", start), ("--to", stop)):
         if instant is not None and not math.isfinite(instant):
             raise UsageError(f"{option} is {instant}, expected seconds on the log's own clock; give a finite number.")
+    if start is not None and stop is not None and not start < stop:
+        raise UsageError(f"--from is {start:g} and --to {stop:g} s, expected the earlier time first; correct it.")
     spans = expand(words)
     if start is None and stop is None:
         return spans

@@ -30,15 +30,12 @@ def cross_check_command(
 ) -> None:
     """Tests close-loop with JSBSim: the paper's flight, aircraft with known derivatives, and each undeclared effect."""
     from aerosid.cli.progress_bar import progress_bar
-    from aerosid.file_set import require_folder
     from aerosid.studies.cross_check import cross_check, write_cross_check
     from aerosid.studies.cross_check.console import print_cross_check
-    from aerosid.studies.cross_check.run import AIRCRAFT, steps
-    from aerosid.studies.jsbsim.process import require_jsbsim
+    from aerosid.studies.cross_check.run import AIRCRAFT, require_possible, steps
 
-    require_jsbsim()
-    require_folder(out)
     names = aircraft or list(AIRCRAFT)
+    require_possible(names, seeds)
     with progress_bar("cross-check") as (announce, tick):
         announce(steps(names, seeds), 0)
         result = cross_check(names, amplitude=amplitude, seed=seed, seeds=seeds, tick=tick)

@@ -296,11 +296,9 @@ def reproduce_command(
     seeds: Annotated[int, typer.Option(help="Noise records per signal-to-noise ratio in table 4.", min=1)] = 200,
 ) -> None:
     """Recomputes every table and figure of Parameswaran & Raol 1994 for comparison with the printed ones."""
-    from aerosid.file_set import require_folder
     from aerosid.studies.paper import write_reproduction
     from aerosid.studies.paper.console import print_reproduction, reproduce_with_progress
 
-    require_folder(out)
     result = reproduce_with_progress(seeds)
     files = write_reproduction(result, out)
     output = console()

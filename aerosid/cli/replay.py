@@ -43,7 +43,7 @@ def replay_command(
     from aerosid.aircraft import load_aircraft
     from aerosid.cli.close_loop import read_roles
     from aerosid.errors import UsageError
-    from aerosid.file_set import require_apart, require_folder, text, write_files
+    from aerosid.file_set import require_apart, require_writable, text, write_files
     from aerosid.logs.spans import files_given
     from aerosid.loop.identification import replayed
     from aerosid.reporting.replay_page import render_replay
@@ -54,7 +54,7 @@ def replay_command(
     flight = read_roles([log], [], channels).identification[0]
     directory = out or Path("reports") / flight.name
     require_apart([directory / PAGE], [*files_given([log]), aircraft, channels])
-    require_folder(directory)
+    require_writable(directory)
     output = console()
     frames = list(_watched(replayed(flight, declared, step), output, speed))
     files = write_files(

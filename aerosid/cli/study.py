@@ -104,7 +104,7 @@ def study_command(
 ) -> None:
     """Monte Carlo study of simulated flights: errors against their bound, true coverage, detection, prediction."""
     from aerosid.cli.progress_bar import progress_bar
-    from aerosid.file_set import require_apart, require_writable
+    from aerosid.file_set import require_apart
     from aerosid.studies.monte_carlo import run_study, write_study
     from aerosid.studies.monte_carlo.console import print_demands, print_study
     from aerosid.studies.monte_carlo.words import StudyWords, plan_of
@@ -132,11 +132,11 @@ def study_command(
         seed=seed,
         catalogue=catalogue,
     )
+    dealt = Workers(workers, scheduler)
     require_apart([out / name for name in FILES], [aircraft, flown, base, channels, validate])
     plan = plan_of(words, preset)
-    require_writable(out)
     with progress_bar("runs") as (announce, tick):
-        study = run_study(plan, out, Workers(workers, scheduler), announce, tick)
+        study = run_study(plan, out, dealt, announce, tick)
     files = write_study(study, out)
     output = console()
     print_study(study, output)

@@ -76,6 +76,42 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("batch flight_data --aircraft light_transport --workers 0", "--workers is 0"),
+        ("study --aircraft light_transport --workers 0", "--workers is 0"),
+        ("study --aircraft light_transport --snr abc", "--snr is 'abc'"),
+        ("study --aircraft light_transport --snr=-3", "--snr -3 is not positive"),
+        ("study --aircraft light_transport --effect C_m:foo^2=1 --runs 2", "--effect C_m:foo^2: foo is not part of"),
+    ],
+)
+def test_what_is_refused_leaves_no_folder(
+    words: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "flight_data").mkdir()
+    (tmp_path / "flight_data" / "flight.csv").write_text(GOOD)
+    assert main([*words.split(), "--out", "out/deep"]) == 2
+    printed = capsys.readouterr().err
+    assert told in printed
+    assert printed.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_span_that_ends_before_it_begins_is_wrong_usage(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["--from", "10", "--to", "5"], ["--from", "5", "--to", "5"]):
+        assert main(["check", str(log), *words]) == 2
+        assert "expected the earlier time first" in capsys.readouterr().err
+
+
+def test_a_log_whose_name_just_fits_has_no_map_beside_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / f"{'x' * 240}.csv"
+    path.write_text(GOOD)
+    assert main(["check", str(path)]) == 3
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["fly-to-the-moon"], "fly-to-the-moon"),
@@ -122,7 +158,7 @@ def test_a_wrong_date_of_the_environment_is_one_sentence_before_any_library_read
     ("words", "code", "message"),
     [
         ("check LOG --from 1000", 3, "no samples lie after 1000 s, but the log runs from 0 to 2.9 s"),
-        ("check LOG --from 2 --to 1", 3, "no samples lie after 2 s and before 1 s"),
+        ("check LOG --from 2 --to 1", 2, "--from is 2 and --to 1 s, expected the earlier time first"),
         ("check LOG --from 2.9", 3, "1 sample lies after 2.9 s"),
         ("check LOG --from abc", 2, "unable to parse string as a number. See `aerosid check --help`."),
         (

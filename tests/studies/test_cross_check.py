@@ -184,6 +184,11 @@ def test_wrong_use_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture
         cross_check(["F450"])
     assert main(["cross-check", "L410", "--seeds", "1", "--out", str(tmp_path)]) == 2
     assert "--seeds is 1" in capsys.readouterr().err
+    assert main(["cross-check", "nosuch", "--out", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("aerosid: the cross-check has no flight condition for 'nosuch'")
+    assert told.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow

@@ -54,6 +54,21 @@ def steps(aircraft: Sequence[str], seeds: int) -> int:
     return 1 + seeds * sum(snr is not None for snr in SNRS) + 2 * len(aircraft) + len(PLANTED)
 
 
+def require_possible(aircraft: Sequence[str], seeds: int) -> None:
+    """Nothing, where `cross_check` can fly these aircraft with so many noise records.
+
+    Raises
+    ------
+    UsageError
+        Where JSBSim is missing, an aircraft has no known condition, or there are too few noise records.
+    """
+    require_jsbsim()
+    if seeds < 2:
+        raise UsageError(f"--seeds is {seeds}; a mean with its scatter needs at least 2.")
+    for name in aircraft:
+        require_condition(name)
+
+
 def cross_check(
     aircraft: Sequence[str] = AIRCRAFT,
     *,
@@ -82,11 +97,7 @@ def cross_check(
     UsageError
         Where JSBSim is missing, an aircraft has no known condition, or a number is out of range.
     """
-    require_jsbsim()
-    if seeds < 2:
-        raise UsageError(f"--seeds is {seeds}; a mean with its scatter needs at least 2.")
-    for name in aircraft:
-        require_condition(name)
+    require_possible(aircraft, seeds)
     paper = check_paper(seeds, tick)
     checked = []
     for name in aircraft:
