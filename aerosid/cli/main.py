@@ -25,7 +25,7 @@ from aerosid.cli.options import ChannelsOption, FromOption, LogsArgument, ToOpti
 from aerosid.cli.output import headed, loudly, read_no_more, taken_out, tell, verb_of, written
 from aerosid.cli.replay import replay_command
 from aerosid.cli.schema import schema_command
-from aerosid.cli.stop_signals import INTERRUPTED, is_interrupt, unless_ended
+from aerosid.cli.stop_signals import INTERRUPTED, Termination, unless_ended
 from aerosid.cli.study import study_command
 from aerosid.cli.warm_up import warm_up_command
 from aerosid.errors import AerosidError
@@ -70,11 +70,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(_CYCLES_SOUGHT_AFTER)
     # The final garbage collection frees only what the end of the process frees anyway.
     atexit.register(gc.freeze)
-    code, ended = unless_ended(lambda: _run(words, debug), is_last=arguments is None)
+    code, ended = unless_ended(lambda told: _run(words, debug, told), is_last=arguments is None)
     return _failed(ended, code, debug) if ended else code
 
 
-def _run(words: Sequence[str], debug: bool) -> int:
+def _run(words: Sequence[str], debug: bool, termination: Termination) -> int:
     """The exit code of one command."""
     try:
         # Removed here so that it is accepted before and after the verb without every verb declaring it.
@@ -83,7 +83,7 @@ def _run(words: Sequence[str], debug: bool) -> int:
         today()
         result = _command_of(app)(taken_out(arguments), standalone_mode=False, obj=arguments)
     except AerosidError as error:
-        return _failed(str(error), error.exit_code, debug)
+        return INTERRUPTED if termination.explains(error) else _failed(str(error), error.exit_code, debug)
     except typer.Abort:
         return _failed("aborted.", 2, debug)
     except KeyboardInterrupt:
@@ -93,7 +93,7 @@ def _run(words: Sequence[str], debug: bool) -> int:
         read_no_more()
         return 0
     except Exception as error:  # noqa: BLE001  the user gets one sentence for every failure
-        if is_interrupt(error):
+        if termination.explains(error):
             return INTERRUPTED
         if hasattr(error, "format_message"):
             return _failed(f"{error.format_message().rstrip('.')}. See `{verb_of(error)} --help`.", 2, debug)

@@ -25,29 +25,30 @@ class Termination:
     since: float | None = None
     requested = False
 
+    def explains(self, error: Exception) -> bool:
+        """Whether an error is due to a signal: one has come, or it is what a compiled call makes of an interrupt."""
+        cause: BaseException | None = error
+        while isinstance(cause, SystemError):
+            cause = cause.__cause__ or cause.__context__
+        return self.since is not None or isinstance(cause, KeyboardInterrupt)
 
-def unless_ended(run: Callable[[], int], *, is_last: bool = False) -> tuple[int, str]:
+
+def unless_ended(run: Callable[[Termination], int], *, is_last: bool = False) -> tuple[int, str]:
     """The exit code of a run, and how it was ended from outside, in a word; empty where it was not.
 
     Parameters
     ----------
     run : callable
-        Returns `INTERRUPTED` where it was.
+        Returns `INTERRUPTED` where it was. It is given whether a signal has come, which libraries turn into errors of
+        their own.
     is_last : bool
         Whether the process ends after it: then a signal that comes while Python cleans up ends it quietly too.
     """
     with termination_as_interrupt(is_last=is_last) as termination:
-        code = run()
+        code = run(termination)
     if code != INTERRUPTED:
         return code, ""
     return (TERMINATED, "terminated.") if termination.requested else (INTERRUPTED, "interrupted.")
-
-
-def is_interrupt(error: BaseException | None) -> bool:
-    """Whether an error is an interrupt, or the SystemError into which a compiled call turns one."""
-    while isinstance(error, SystemError):
-        error = error.__cause__ or error.__context__
-    return isinstance(error, KeyboardInterrupt)
 
 
 @contextlib.contextmanager

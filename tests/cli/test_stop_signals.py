@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from aerosid.cli.stop_signals import is_interrupt, termination_as_interrupt
+from aerosid.cli.stop_signals import Termination, termination_as_interrupt
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -76,7 +76,7 @@ def test_a_copy_of_the_process_ends_at_once() -> None:
 WAITING = """
 import sys, time
 from aerosid.cli.stop_signals import INTERRUPTED, unless_ended
-def run():
+def run(_told):
     try:
         print("begun", flush=True)
         time.sleep(60)
@@ -140,8 +140,16 @@ def test_an_interrupt_in_a_compiled_call_is_one() -> None:
         return error
 
     with_exception = "returned a result with an exception set"
-    assert is_interrupt(returned(with_exception, KeyboardInterrupt()))
-    assert is_interrupt(returned(with_exception, None, KeyboardInterrupt()))
-    assert is_interrupt(returned(with_exception, returned(with_exception, KeyboardInterrupt())))
-    assert not is_interrupt(returned(with_exception, ValueError()))
-    assert not is_interrupt(returned("returned NULL without setting an exception", None))
+    assert Termination().explains(returned(with_exception, KeyboardInterrupt()))
+    assert Termination().explains(returned(with_exception, None, KeyboardInterrupt()))
+    assert Termination().explains(returned(with_exception, returned(with_exception, KeyboardInterrupt())))
+    assert not Termination().explains(returned(with_exception, ValueError()))
+    assert not Termination().explains(returned("returned NULL without setting an exception", None))
+
+
+def test_an_error_after_a_signal_is_its_consequence() -> None:
+    # As of an import that the signal reached: "numba._devicearray failed to import".
+    told = Termination()
+    assert not told.explains(ImportError("failed to import"))
+    told.since = time.monotonic()
+    assert told.explains(ImportError("failed to import"))
