@@ -212,5 +212,11 @@ def prepare_kernels(workers: int | None = None, parts: Iterable[str] = TASKS) ->
     importlib.import_module("numba")
     way = "fork" if sys.platform == "linux" else "spawn"
     with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=get_context(way)) as pool:
-        for done in as_completed([pool.submit(prepare_part, part) for part in parts]):
-            yield done.result()
+        try:
+            for done in as_completed([pool.submit(prepare_part, part) for part in parts]):
+                yield done.result()
+        except BaseException:
+            # Where this process is interrupted alone, its workers would compile on, and it would wait for them.
+            for process in list((pool._processes or {}).values()):
+                process.terminate()
+            raise

@@ -153,3 +153,19 @@ def test_an_error_after_a_signal_is_its_consequence() -> None:
     assert not told.explains(ImportError("failed to import"))
     told.since = time.monotonic()
     assert told.explains(ImportError("failed to import"))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+def test_a_warm_up_that_is_interrupted_alone_ends_its_workers(tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path), "AEROSID_CACHE_DIR": ""}
+    with subprocess.Popen(
+        (sys.executable, "-c", PROGRAM, "warm-up", "--sample", "--workers", "2"), cwd=tmp_path, env=environment,
+        text=True, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
+    ) as run:  # fmt: skip
+        assert run.stderr is not None
+        assert "Compiling" in run.stderr.readline()
+        time.sleep(5.0)  # workers compile what takes them a minute
+        run.send_signal(signal.SIGINT)
+        _, told = run.communicate(timeout=15)  # until the last process has closed it
+    assert run.returncode == 130
+    assert told == "aerosid: interrupted.\n"
