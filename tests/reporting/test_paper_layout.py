@@ -196,3 +196,21 @@ def test_a_text_between_heading_and_long_table_stays_with_its_table() -> None:
     assert others == [heading, text, rows]
     long = Paragraph("a long text " * 100, style(8.0))
     assert [type(part) for part in allow_breaks([heading, long])] == [CondPageBreak, Paragraph, Paragraph]
+
+
+@given(st.floats(1e-4, 1e4))
+def test_tick_values_of_a_low_symmetric_strip_are_what_they_say(reach: float) -> None:
+    """Its outer two alone may remain, with a step of 1 from -0.5 to 0.5: no decimal of the step is needed there."""
+    chart = stacked([Row(14.0, 0.0, "Δp [deg/s]", (-reach, reach), ())], (0.0, 30.0), "a flight")
+    values = chart.panels[0].y.ticks
+    texts = tick_texts(values)
+    assert len(values) >= 2
+    assert "−0" not in texts
+    if not any("·" in text for text in texts):
+        assert [float(text.replace("−", "-")) for text in texts] == pytest.approx(values, rel=1e-6)
+
+
+def test_outer_tick_values_of_a_low_strip_keep_their_decimals() -> None:
+    assert tick_texts((-0.5, 0.5)) == ["−0.5", "0.5"]
+    assert tick_texts((-0.25, 0.25)) == ["−0.25", "0.25"]
+    assert tick_texts((-0.2, 0.0, 0.2)) == ["−0.2", "0.0", "0.2"]

@@ -222,14 +222,14 @@ def label_lines(label: str) -> tuple[str, ...]:
 
 
 def tick_texts(values: Sequence[float]) -> list[str]:
-    """The tick values as text, all with the decimals needed to distinguish neighbours."""
+    """The tick values as text, all with the decimals that each of them needs: a step of 1 may lead from -0.5 to 0.5."""
     if len(values) < 2:
         return [plain(value) for value in values]
-    step = values[1] - values[0]
-    places = next((n for n in range(12) if abs(round(step, n) - step) < 1e-6 * step), 12)
+    nearest = 1e-6 * (values[1] - values[0])
+    places = next((n for n in range(12) if all(abs(round(value, n) - value) < nearest for value in values)), 12)
     if places > MOST_PLACES:
         return [plain(value, 3) for value in values]
-    return [f"{value:.{places}f}".replace("-", "−") for value in values]
+    return [f"{round(value, places) + 0.0:.{places}f}".replace("-", "−") for value in values]
 
 
 def limits_around(reference: FloatArray, *others: FloatArray) -> Limits:
