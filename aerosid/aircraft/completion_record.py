@@ -23,11 +23,23 @@ def write_record(document: tomlkit.TOMLDocument, record: CompletionRecord) -> No
 
 def source_of(record: CompletionRecord) -> str:
     """The completed file's `source`: one sentence with what made the numbers and where those began."""
+    if record.verdict == "inconsistent_data":
+        return _unchanged(record)
     fitted = " and ".join(log.name for log in record.logs if log.role == "identification") or "no log"
     begun = f"; declared in {record.declared_file}" if record.declared_file else ""
     own = f" ({record.declared_source})" if record.declared_source else ""
     kept = f"; not significant: {', '.join(record.not_shown)}" if record.not_shown else ""
     return f"estimated by {record.program} on {record.date} from {fitted}{begun}{own}{kept}"
+
+
+def _unchanged(record: CompletionRecord) -> str:
+    """The source of a file in which nothing was estimated."""
+    logs = " and ".join(log.name for log in record.logs) or "the logs"
+    declared = f"as declared in {record.declared_file}" if record.declared_file else "as declared"
+    own = f" ({record.declared_source})" if record.declared_source else ""
+    return (
+        f"{declared}{own}; nothing estimated by {record.program} on {record.date}: channels of {logs} contradict others"
+    )
 
 
 def shortened(source: str) -> str:

@@ -40,15 +40,14 @@ def contradicted_loop(
     manoeuvres, agreement = identified.manoeuvres, identified.agreement
     assert agreement is not None
     logs: dict[Role, Sequence[FlightLog]] = {"identification": [m.log for m in manoeuvres]}
-    names = [(d.coefficient, str(d.term)) for d in aircraft.derivatives if not d.fixed]
-    record = completion_record(aircraft, logs, Verdict.INCONSISTENT_DATA, provenance, names)
+    record = completion_record(aircraft, logs, Verdict.INCONSISTENT_DATA, provenance)
     pairs = [_declared_alone(identified.declared, manoeuvre) for manoeuvre in manoeuvres]
     return ClosedLoop(
         version=aerosid.__version__,
         seed=settings.seed,
         settings=settings,
         aircraft=aircraft,
-        completed_aircraft=aircraft.completed({}, (), names, record),
+        completed_aircraft=aircraft.completed({}, record=record),
         identification=tuple(m.log for m in manoeuvres),
         validation=tuple(m.log for m in identified.validation),
         verdict=Verdict.INCONSISTENT_DATA,

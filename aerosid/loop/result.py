@@ -84,6 +84,11 @@ class ClosedLoop:
     settings: LoopSettings = USUAL
     """All settings."""
 
+    @property
+    def identified(self) -> bool:
+        """Whether the aerodynamics were identified; not where the channels contradict each other."""
+        return self.verdict is not Verdict.INCONSISTENT_DATA
+
     def __repr__(self) -> str:
         """One line: verdict, logs, effects. The numbers are in the frames, in files, and in the attributes."""
         logs = ", ".join(log.name for role in ROLES for log in getattr(self, role))

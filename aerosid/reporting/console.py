@@ -46,7 +46,7 @@ def print_summary(result: ClosedLoop, console: Console) -> None:
         console.print(_effects("Effects missing from the declared model", result.effects))
     if result.alternatives:
         console.print(_effects("Indistinguishable alternatives", result.alternatives))
-    if result.derivatives:
+    if result.derivatives and result.identified:
         console.print(_derivatives(result))
     for log, role in dict.fromkeys((row.log, row.role) for row in result.errors):
         rows = [row for row in result.errors if (row.log, row.role) == (log, role)]

@@ -25,6 +25,7 @@ def by_log(rows: Sequence[ErrorRow], result: ClosedLoop) -> list[dict[str, Any]]
             "label": label_of(role, result),
             "rows": (held := [row for row in rows if (row.log, row.role) == (log, role)]),
             "doubts": note_on_unknown_noise(held),
+            "identified": result.identified,
         }
         for log, role in logs
     ]

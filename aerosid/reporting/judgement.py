@@ -57,6 +57,14 @@ def headline_rows(result: ClosedLoop) -> tuple[ErrorRow, ...]:
 
 
 def _open_points(result: ClosedLoop) -> Iterator[str]:
+    if not result.identified:
+        yield (
+            "Nothing was identified: whether the declared model lacks an effect, and by how much its derivatives are "
+            "off, is open until the channels agree."
+        )
+        for log in dict.fromkeys(row.log for row in result.errors if row.declared is None):
+            yield f"On {log} the simulation of the declared model leaves |α| < 1.5 rad: no error can be given."
+        return
     if not result.validation and not result.hold_out:
         yield (
             "No flight was reserved for validation (--validate, --hold-out): the errors below are those of the fitted "

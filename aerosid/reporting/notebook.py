@@ -75,7 +75,8 @@ class Result(ClosedLoop):
         if self.effects:
             parts.append(_table("Effects missing from the declared model", ("", "value", "unit", "p"), _effects(self)))
         head = ("", "", "declared", "re-estimated", "completed")
-        parts.append(_table("Derivatives", head, _derivatives(self)))
+        if self.identified:
+            parts.append(_table("Derivatives", head, _derivatives(self)))
         for each in self.simulated:
             rows = [row for row in self.errors if (row.log, row.role) == (each.log.name, each.role)]
             cells = [

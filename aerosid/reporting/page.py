@@ -66,6 +66,8 @@ def compose(result: ClosedLoop, *, inline: bool = True) -> Report:
     figures = FigureBook(inline=inline)
     parts = []
     for section in SECTIONS:
+        if section.of_identification and not result.identified:
+            continue
         context = section.context(result, figures)
         if context is not None:
             body = (

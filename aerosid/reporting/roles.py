@@ -9,6 +9,8 @@ NAMES = {"identification": "identification", "validation": "validation", "hold_o
 
 def use_of(role: str, result: ClosedLoop | None = None) -> str:
     """Use of a log of that role, for table titles; with a result also the decisions of its validation logs."""
+    if result is not None and not result.identified:
+        return "nothing was fitted"
     if role == "identification":
         return "used in the fit"
     if role == "hold_out":

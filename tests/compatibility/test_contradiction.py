@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from problems import BOTH_SQUARES, LIGHT, Problem, with_channels
+from pypdf import PdfReader
 
+from aerosid.aircraft import load_aircraft
 from aerosid.compatibility import Agreement, check_kinematics
 from aerosid.compatibility.contradiction import Contradiction, contradictions
 from aerosid.compatibility.recording import read_recording
@@ -156,7 +158,27 @@ def test_a_loop_on_contradicting_channels_estimates_no_aerodynamics_and_reports_
     assert document["verdict"] == "inconsistent_data"
     assert document["kinematics"]["contradictions"][0]["channels"] == ["alpha"]
     assert all(row["after"] is None for row in document["error"])
-    assert "Data compatibility check" in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "Data compatibility check" in page
+    assert "Nothing was estimated" in page
+    assert "nothing was fitted" in page
+    paper = " ".join(" ".join(sheet.extract_text().split()) for sheet in PdfReader(tmp_path / "report.pdf").pages)
+    body = paper.partition("Appendix B")[0]
+    assert "Nothing was estimated" in body
+    for untrue in (
+        "No effect of the library",
+        "not significant",
+        "too little information",
+        "completed model leaves",
+        "diverged",
+        "used in the fit",
+        "fitted flights",
+        "No other effect",
+    ):
+        assert untrue not in body
+    assert "significant" not in (tmp_path / "completed_aircraft.toml").read_text()
+    completed = load_aircraft(tmp_path / "completed_aircraft.toml")
+    assert completed.derivatives == LIGHT.derivatives
 
 
 def test_a_delay_that_an_instrument_may_have_is_no_contradiction(log: FlightLog) -> None:

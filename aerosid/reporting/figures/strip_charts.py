@@ -34,6 +34,8 @@ _LONGEST_LABEL = 16
 
 _MODELS: tuple[Role, ...] = ("declared", "before", "after")
 _RESIDUALS: tuple[Role, ...] = ("before", "trimmed", "after")
+_DECLARED_ALONE: tuple[Role, ...] = ("declared",)
+"""Of a flight on which nothing was estimated."""
 
 
 def strip_chart(
@@ -184,8 +186,15 @@ def _stretches(time: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[
 
 
 def _residual_marks(time: FloatArray, responses: Mapping[Role, FloatArray], band: float) -> tuple[Mark, ...]:
-    residuals = [Line(time, responses["measured"] - responses[r], r, 0.8) for r in _RESIDUALS if r in responses]
+    shown = _residual_roles(responses)
+    residuals = [Line(time, responses["measured"] - responses[r], r, 0.8) for r in shown if r in responses]
     return (Band(-band, band), *residuals) if band else tuple(residuals)
+
+
+def _residual_roles(responses: Mapping[Role, FloatArray]) -> tuple[Role, ...]:
+    """The models whose residuals are shown: the declared one where there is no other."""
+    known = any(np.isfinite(responses[role]).any() for role in _RESIDUALS if role in responses)
+    return _RESIDUALS if known else _DECLARED_ALONE
 
 
 def _residual_limits(responses: Mapping[Role, FloatArray], band: float) -> Limits:
@@ -195,6 +204,9 @@ def _residual_limits(responses: Mapping[Role, FloatArray], band: float) -> Limit
         residual = np.abs(responses["measured"] - responses[role]) if role in responses else np.zeros(1)
         return float(np.max(residual[np.isfinite(residual)], initial=0.0))
 
+    if _residual_roles(responses) == _DECLARED_ALONE:
+        reach = 1.12 * (max(largest("declared"), band) or 1.0)
+        return -reach, reach
     fine = max(largest("after"), band) or largest("before") or 1.0
     limit = 1.12 * max(fine, min(largest("before"), 4.0 * fine))
     return -limit, limit

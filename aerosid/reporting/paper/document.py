@@ -144,7 +144,7 @@ class _Numbered(Canvas):
 def _head(result: ClosedLoop, report: Report) -> list[Any]:
     """The head of a page: the flights, then the title block."""
     facts = [
-        ("fitted on", ", ".join(log.name for log in result.identification)),
+        ("fitted on" if result.identified else "not fitted", ", ".join(log.name for log in result.identification)),
         ("validated on", ", ".join(log.name for log in result.validation) or "none"),
     ]
     if result.hold_out:

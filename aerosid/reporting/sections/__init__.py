@@ -44,15 +44,17 @@ class Section:
     name: str
     title: str
     context: Callable[[ClosedLoop, FigureBook], Context | None]
+    of_identification: bool = True
+    """Whether it tells of what was identified: it is left out where nothing was."""
 
 
 SECTIONS = (
-    Section("decision", "Decision summary", decision.context),
-    Section("instruments", "Data compatibility check", instruments.context),
+    Section("decision", "Decision summary", decision.context, of_identification=False),
+    Section("instruments", "Data compatibility check", instruments.context, of_identification=False),
     Section("residual", "Residual and model error d(t)", residual.context),
     Section("candidates", "Candidate terms", candidates.context),
     Section("effects", "Identified effects", effects.context),
-    Section("prediction", "Open-loop time histories", prediction.context),
+    Section("prediction", "Open-loop time histories", prediction.context, of_identification=False),
     Section("predictions", "Predictions one step and five seconds ahead", predictions.context),
     Section("qualification", "Simulator tolerances of 14 CFR Part 60", qualification.context),
     Section("alternatives", "Indistinguishable alternatives", alternatives.context),
@@ -60,9 +62,9 @@ SECTIONS = (
     Section("derivatives", "Derivatives", derivatives.context),
     Section("linear", "Modes and flying qualities", linear.context),
     Section("fit", "Goodness of fit", fit.context),
-    Section("readings", "Channels read", readings.context),
+    Section("readings", "Channels read", readings.context, of_identification=False),
     Section("screening", "Appendix A: candidates screened", screening.context),
-    Section("glossary", "Appendix B: symbols and terms", glossary.context),
+    Section("glossary", "Appendix B: symbols and terms", glossary.context, of_identification=False),
     Section("card", "Pilot’s card", card.context),
 )
 """The report from top to bottom."""

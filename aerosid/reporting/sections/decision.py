@@ -18,7 +18,7 @@ from aerosid.reporting.remarks import remarks
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
     """Verdict, effects, and the error before and after on the flights that were not used for the fit."""
     rows = headline_rows(result)
-    scale = noise_scale(rows) if noise_is_the_measure(result) else None
+    scale = noise_scale(rows) if result.identified and noise_is_the_measure(result) else None
     lead, stop, rest = result.summary.partition(". ")
     beside = 0 < len(result.effects) <= _BESIDE and len({(row.log, row.role) for row in rows}) == 1
     return {

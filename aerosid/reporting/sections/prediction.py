@@ -36,7 +36,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
         for channels in _groups(measured_channels([simulated])):
             chart = strip_chart(simulated, channels, inputs, noise, corridors)
             label = f"Time histories of {', '.join(channels)}, their residuals, and {', '.join(inputs) or 'no input'}"
-            drawn.append(figures.add(chart, _caption(simulated, channels, rows), label))
+            drawn.append(figures.add(chart, _caption(simulated, channels, rows, result), label))
         # The errors of the headline flights are in the decision summary.
         errors = None if simulated.role in headline else groups.get((simulated.log.name, simulated.role))
         logs.append(
@@ -59,7 +59,7 @@ def _groups(channels: Sequence[str]) -> list[Sequence[str]]:
     return [channels[i : i + size] for i in range(0, len(channels), size)]
 
 
-def _caption(simulated: Simulated, channels: Sequence[str], rows: dict[str, ErrorRow]) -> str:
+def _caption(simulated: Simulated, channels: Sequence[str], rows: dict[str, ErrorRow], result: ClosedLoop) -> str:
     """Caption of the chart, with the numbers that it illustrates."""
     parts = []
     for channel in channels:
@@ -69,8 +69,9 @@ def _caption(simulated: Simulated, channels: Sequence[str], rows: dict[str, Erro
             parts.append(name)
             continue
         unit = shown_unit(row.unit)
-        before, after = (
-            "diverged" if value is None else number(value * unit.factor, 2) for value in (row.before, row.after)
-        )
-        parts.append(f"{name} {before} → {after} {unit.text}".rstrip())
-    return f"{simulated.log.name} ({label_of(simulated.role)}); error re-estimated → completed: {'; '.join(parts)}."
+        shown = (row.before, row.after) if result.identified else (row.declared,)
+        errors = ["diverged" if value is None else number(value * unit.factor, 2) for value in shown]
+        parts.append(f"{name} {' → '.join(errors)} {unit.text}".rstrip())
+    of = "error re-estimated → completed" if result.identified else "error of the declared model"
+    label = label_of(simulated.role) if result.identified else label_of(simulated.role, result)
+    return f"{simulated.log.name} ({label}); {of}: {'; '.join(parts)}."
