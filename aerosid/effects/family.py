@@ -132,6 +132,11 @@ class Kind:
         """Its name in a sentence: `a control lag`."""
         return self.noun or f"a {self.name.replace('_', ' ')}"
 
+    @property
+    def short_name(self) -> str:
+        """`gust` as in a table: the noun without its article, else the kind."""
+        return self.words.removeprefix("an ").removeprefix("a ")
+
     def describe(self, where: str, value: float) -> str:
         """The sentence for a place and a value."""
         return ((value < 0.0 and self.below) or self.sentence).format(where=where)

@@ -63,7 +63,9 @@ def model_error_pictures(
     """
     chosen = found.terms
     structure = (*found.before.free, *chosen)
-    smoothed = begun(lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen))
+    known_before = {(active.name, active.ordinal, active.log) for active in found.before.effects}
+    further = [a for a in found.completed.effects if (a.name, a.ordinal, a.log) not in known_before]
+    smoothed = begun(lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen, further))
     try:
         deficient = declared_chain() if declared_chain is not None else None
         if deficient is None or deficient.entries != found.before.free:

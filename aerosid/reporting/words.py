@@ -108,11 +108,13 @@ def quantity(name: str) -> str:
 
 
 def effect_name(effect: Effect) -> str:
-    """The effect in the names of the files, as an entry of a list: `C_m alpha^2`, `control lag of delta_e`."""
+    """The effect as an entry of a list: `C_m alpha^2`, `control lag of delta_e`, `vertical turbulence`."""
     if effect.kind == "aero_term":
         return f"{effect.where} {effect.term}"
     kind = effect.kind.replace("_", " ")
-    return f"{kind} of {effect.where}{_along(effect)}" if effect.where else kind
+    if effect.where:
+        return f"{kind} of {effect.where}{_along(effect)}"
+    return KINDS[effect.kind].short_name if effect.kind in KINDS else kind
 
 
 def _along(effect: Effect) -> str:

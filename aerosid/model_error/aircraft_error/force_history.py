@@ -7,14 +7,15 @@ What the smoother does to the flight it does to the response of a candidate term
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import frozen
+from aerosid.effects import KINDS, ActiveEffect, frozen
 from aerosid.effects.disturbance import unmodelled_forces
+from aerosid.effects.kinds import NoiseEffect
 from aerosid.effects.step_change import offset_column
 from aerosid.estimation.effect_columns import with_offsets
 from aerosid.estimation.effects_in_flight import OutOfRangeError
@@ -30,11 +31,12 @@ from aerosid.signals.whitening import InputNoise, initial_covariance, make_white
 
 @dataclass(frozen=True)
 class ErrorHistory:
-    """The model error d(t) of one equation on one identification log, and the chosen terms over it.
+    """The model error d(t) of one equation on one identification log, and what was identified over it.
 
     `coefficient` names the equation (C_X, C_Z, C_m); `d` (N,) is d(t) in units of that coefficient from the structure
-    without the found terms; `explained` (N,) the found terms' share through the same estimator; `correlation` of both;
+    without the found terms and effects; `explained` (N,) their share through the same estimator; `correlation` of both;
     `deviation` (N,) the standard deviation of d, None where d is the filter's, as for an aircraft that runs away.
+    `effects` are the found effects of other kinds that it is without, `kept` those that it holds.
     """
 
     log: str
@@ -45,6 +47,8 @@ class ErrorHistory:
     correlation: float
     terms: tuple[str, ...]
     deviation: NDArray[np.float64] | None = None
+    effects: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
 
     @property
     def left_its_range(self) -> bool:
@@ -72,11 +76,14 @@ class ForceHistory:
         Its standard deviation, given the spread and the memory that the flights make most likely.
     responded : ndarray, shape (N, E, K)
         The d that each lacking term of unit value would have produced through the same smoother.
+    without : ndarray, shape (N, E)
+        The d that the lacking effects of other kinds produce through it; part of `d`.
     """
 
     d: NDArray[np.float64]
     deviation: NDArray[np.float64]
     responded: NDArray[np.float64]
+    without: NDArray[np.float64]
 
 
 def smooth_forces(
@@ -85,8 +92,9 @@ def smooth_forces(
     coefficients: Sequence[str],
     lacking: Sequence[Entry],
     numbers: Sequence[float] | None = None,
+    without: Sequence[ActiveEffect] = (),
 ) -> tuple[ForceHistory, ...]:
-    """The d(t) of a model without some of its terms, one history a log.
+    """The d(t) of a model without some of its terms and effects, one history a log.
 
     Parameters
     ----------
@@ -100,11 +108,13 @@ def smooth_forces(
         Free terms of the estimate that the model is to be without.
     numbers : sequence of float, optional
         Spread of each coefficient's error, then the memory of each, s; by default the flights' likeliest.
+    without : sequence of ActiveEffect
+        Effects of the estimate that the model is to be without: what they change in the simulated outputs is left to d.
 
     Raises
     ------
     OutOfRangeError
-        Where the simulation leaves the model's range.
+        Where the simulation, with or without these effects, leaves the model's range.
 
     Notes
     -----
@@ -123,12 +133,15 @@ def smooth_forces(
         next(iter(likelihood.traced(n, values, state, effects, whole=True)))
         for n, state in enumerate(refinement.states)
     ]
-    asked = [
-        np.concatenate(
-            [part.block[:, :, :1] + (part.block[:, :, places] @ sizes)[:, :, None], part.block[:, :, places]], axis=2
-        )
-        for part in flights
-    ]
+    remaining = [frozen(active) for active in refinement.effects if active not in without]
+    asked = []
+    for n, (part, state) in enumerate(zip(flights, refinement.states, strict=True)):
+        residual, terms = part.block[:, :, :1], part.block[:, :, places]
+        lost = np.zeros_like(residual)
+        if without:
+            bare = next(iter(likelihood.traced(n, values, state, remaining, whole=True)))
+            lost = bare.block[:, :, :1] - residual
+        asked.append(np.concatenate([residual + lost + (terms @ sizes)[:, :, None], terms, lost], axis=2))
     intervals = [manoeuvre.interval for manoeuvre in manoeuvres]
     if numbers is None:
         numbers = _likeliest(flights, asked, intervals, offsets, tuple(coefficients), refinement.variance)
@@ -152,7 +165,8 @@ def smooth_forces(
             errors,
             variances,
         )
-        histories.append(ForceHistory(errors[:, offsets, 0], np.sqrt(variances[:, offsets]), errors[:, offsets, 1:]))
+        d, terms, lost = errors[:, offsets, 0], errors[:, offsets, 1:-1], errors[:, offsets, -1]
+        histories.append(ForceHistory(d, np.sqrt(variances[:, offsets]), terms, lost))
     return tuple(histories)
 
 
@@ -192,9 +206,13 @@ def _likeliest(
 
 
 def smoothed_histories(
-    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], coefficients: Sequence[str], chosen: Sequence[Entry]
+    refinement: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    coefficients: Sequence[str],
+    chosen: Sequence[Entry],
+    identified: Sequence[ActiveEffect] = (),
 ) -> tuple[tuple[ErrorHistory, ...], dict[Entry, float]]:
-    """The d(t) of the model without the chosen terms, with those terms over it, and |rho| for each chosen term.
+    """The d(t) of the model without what was identified, with that over it, and |rho| for each chosen term.
 
     Parameters
     ----------
@@ -204,24 +222,35 @@ def smoothed_histories(
         The aircraft's three.
     chosen : sequence of Entry
         The terms that the declared model lacks.
+    identified : sequence of ActiveEffect
+        The effects of other kinds that it lacks. Those of the air, statistics without a time history, are kept in the
+        model, and all are where it cannot be simulated without them.
 
     Returns
     -------
     One history per log and coefficient, none where the record is too long or the aircraft runs away in open loop; and
-    for each chosen term the correlation of what the other chosen terms leave of d with its own picture in d.
+    for each chosen term the correlation of what all others leave of d with its own picture in d.
     """
     if refinement.held_to_data > 0.0 or max(manoeuvre.flight.time.size for manoeuvre in manoeuvres) > LONGEST:
         return (), {}
     sizes = np.array([refinement.model.value(entry) for entry in chosen])
+    without = [active for active in identified if not isinstance(active.effect, NoiseEffect)]
     try:
-        smoothed = smooth_forces(refinement, manoeuvres, coefficients, chosen)
+        try:
+            smoothed = smooth_forces(refinement, manoeuvres, coefficients, chosen, without=without)
+        except OutOfRangeError:
+            if not without:
+                raise
+            without = []
+            smoothed = smooth_forces(refinement, manoeuvres, coefficients, chosen)
     except OutOfRangeError:
         return (), {}
     rows = []
     for manoeuvre, history in zip(manoeuvres, smoothed, strict=True):
         for e, name in enumerate(coefficients):
             own = [entry for entry in chosen if entry[0] == name]
-            explained = history.responded[:, e, :] @ sizes
+            explained = history.responded[:, e, :] @ sizes + history.without[:, e]
+            acting = [active for active in identified if active.acts_on(manoeuvre.name)]
             rows.append(
                 ErrorHistory(
                     log=manoeuvre.log.name,
@@ -230,14 +259,25 @@ def smoothed_histories(
                     d=history.d[:, e],
                     deviation=history.deviation[:, e],
                     explained=explained,
-                    correlation=correlation(history.d[:, e], explained) if own else 0.0,
+                    correlation=correlation(history.d[:, e], explained) if own or without else 0.0,
                     terms=tuple(str(entry[1]) for entry in own),
+                    effects=_names(active for active in acting if active in without),
+                    kept=_names(active for active in acting if active not in without),
                 )
             )
     correlations = {}
     for k, entry in enumerate(chosen):
         e = list(coefficients).index(entry[0])
-        d = np.concatenate([history.d[:, e] for history in smoothed])
+        d = np.concatenate([history.d[:, e] - history.without[:, e] for history in smoothed])
         pictures = np.concatenate([history.responded[:, e, :] for history in smoothed]) * sizes
         correlations[entry] = abs(correlation(d - pictures.sum(axis=1) + pictures[:, k], pictures[:, k]))
     return tuple(rows), correlations
+
+
+def _names(effects: Iterable[ActiveEffect]) -> tuple[str, ...]:
+    """The effects in the names of the files, each once: `control lag of delta_r`."""
+    pairs = dict.fromkeys(active.name for active in effects)
+    return tuple(
+        f"{kind.replace('_', ' ')} of {where}" if where or kind not in KINDS else KINDS[kind].short_name
+        for kind, where in pairs
+    )

@@ -90,7 +90,7 @@ def model_error_chart(histories: Sequence[ErrorHistory]) -> Chart:
             edges = (history.d - 2.0 * history.deviation, history.d + 2.0 * history.deviation)
             marks.append(Corridor(history.time, *edges, "noise"))
         marks.append(Points(history.time, history.d))
-        if history.terms:
+        if history.terms or history.effects:
             marks.append(Line(history.time, history.explained, "after"))
         label = f"d in {subscripted(history.coefficient)} [1]"
         rows.append(Row(_EQUATION, _BETWEEN, label, _error_limits(history), tuple(marks)))

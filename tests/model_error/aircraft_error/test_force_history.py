@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
-from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry
+from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry, with_channels
 
+from aerosid.effects import ActiveEffect
+from aerosid.effects.control import control_lag
+from aerosid.effects.disturbance import gust
+from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.model_error.aircraft_error.force_history import ForceHistory, smooth_forces, smoothed_histories
 from aerosid.signals.delay_and_lag import lagged
@@ -169,3 +173,50 @@ def test_pictures_add_up_and_follow_d() -> None:
         assert np.sqrt(np.mean(left**2)) < 1.5
     assert set(correlations) == set(chosen)
     assert min(correlations.values()) > 0.98
+
+
+LAG = 0.12
+"""Time constant of an elevator, s."""
+
+
+class LateElevator(Problem):
+    """The elevator that acts follows the wanted one through a first-order lag."""
+
+    @property
+    def deflection(self) -> Array:
+        return lagged(self.time, super().deflection[:, None], LAG)[:, 0]
+
+
+def test_without_a_control_lag_d_is_what_the_late_elevator_lacks() -> None:
+    """D is the derivative times acting minus recorded elevator, known from the flight and not from the estimate."""
+    inside = []
+    for seed in range(4):
+        late = LateElevator(elevator="3211")
+        lacking = late.deflection - Problem(elevator="3211").deflection
+        flown = late.fly(seed)
+        log = with_channels(flown, delta_e=flown["delta_e"] - lacking)
+        model, manoeuvre = late.prepared(log)
+        found = refine(model, [manoeuvre], model.entries, effects=[ActiveEffect(control_lag("delta_e"), (0.1,))])
+        histories, _ = smoothed_histories(found, [manoeuvre], COEFFICIENTS, (), found.effects)
+        assert {history.effects for history in histories} == {("control lag of delta_e",)}
+        pitching = histories[2]
+        truth = late.truth.value(entry("C_m", "delta_e")) * lacking
+        assert pitching.deviation is not None
+        assert np.corrcoef(pitching.d, truth)[0, 1] > 0.97
+        assert np.std(pitching.d) == pytest.approx(np.std(truth), rel=0.15)
+        assert pitching.correlation > 0.97
+        inside.append(np.mean(np.abs(pitching.d - truth) < 2.0 * pitching.deviation))
+    assert float(np.mean(inside)) > 0.85
+
+
+def test_statistics_of_the_air_stay_in_the_model_and_are_told() -> None:
+    problem = Problem(elevator="3211")
+    model, manoeuvre = problem.prepared(problem.fly(2))
+    in_gusts = (ActiveEffect(gust(), (0.05, 100.0)),)
+    found = refine(with_columns_of(model, in_gusts), [manoeuvre], model.entries)
+    in_air = replace(found, effects=in_gusts)
+    with_gust, _ = smoothed_histories(in_air, [manoeuvre], COEFFICIENTS, (), in_air.effects)
+    for history in with_gust:
+        assert history.kept == ("vertical turbulence",)
+        assert not history.effects
+        assert_allclose(history.explained, 0.0)
