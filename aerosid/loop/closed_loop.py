@@ -144,8 +144,8 @@ class _Judged:
     def rows(self, chain: Chain | None) -> tuple[DerivativeRow, ...]:
         """The derivative table, with the estimates of recursive least squares where they are known."""
         scattered = scatter(self.found.completed, self.identified.manoeuvres)
-        completed, fixed = self.completion.found, self.completion.fixed
-        return derivative_rows(self.identified.aircraft, self.found, completed, chain, scattered, fixed)
+        made, aircraft = self.completion, self.identified.aircraft
+        return derivative_rows(aircraft, self.found, made.found, chain, scattered, made.fixed, made.contradicted)
 
 
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:

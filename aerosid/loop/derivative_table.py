@@ -13,7 +13,7 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.model_validation.goodness import variance_inflation
 from aerosid.model_error.paper_chain.chain import Chain
-from aerosid.notation import number, plain
+from aerosid.notation import listed, number, plain
 from aerosid.search.attribution import Attribution
 
 
@@ -42,6 +42,9 @@ class DerivativeRow:
     """Its standard deviation; `std_error` is no smaller."""
     estimate: float | None = None
     """Of an insignificant derivative: the estimate that `std_error` belongs to, while `value` stays as declared."""
+    declared_away: float | None = None
+    """Of an insignificant one that the records contradict together with the identified effects: by how many standard
+    errors, were the effects' numbers known, its declared value is away. `std_error` contains those numbers' own."""
 
 
 def is_shown(value: float, declared: float | None, std_error: float, *, constant: bool = False) -> bool:
@@ -64,6 +67,7 @@ def derivative_rows(
     chain: Chain | None,
     scattered: Mapping[Entry, float],
     fixed: Mapping[Entry, float] = MappingProxyType({}),
+    contradicted: Mapping[Entry, float | None] = MappingProxyType({}),
 ) -> tuple[DerivativeRow, ...]:
     """One row for each declared or found term, coefficient by coefficient.
 
@@ -75,6 +79,8 @@ def derivative_rows(
         With those that are `fixed` at their declared values: source of the values.
     fixed : mapping of Entry to float
         The insignificant estimates of the fixed derivatives.
+    contradicted : mapping of Entry to float or None
+        Insignificant derivatives that are not fixed, with how many standard errors their declared values are away.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     inflation = variance_inflation(found.completed)
@@ -109,6 +115,7 @@ def derivative_rows(
                 filter_error=_finite(float(filtered.values[n])) if filtered else None,
                 filter_error_std_error=_finite(float(filtered.deviations[n])) if filtered else None,
                 estimate=fixed.get(entry),
+                declared_away=contradicted.get(entry),
             )
         )
     return tuple(rows)
@@ -123,6 +130,24 @@ def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float |
 
 CONTRADICTED = "contradict the declared"
 """Display: why a derivative is not fixed at its declared value."""
+
+
+def grounds_of_contradiction(rows: Sequence[DerivativeRow]) -> str:
+    """Why declared values cannot stand beside the identified effects, which the standard errors do not tell.
+
+    Parameters
+    ----------
+    rows : sequence of DerivativeRow
+        All tested, or all with which an identified effect would be insignificant.
+    """
+    away = [number(row.declared_away, 2) for row in rows if row.declared_away is not None]
+    them, are = ("them", "estimates are") if len(rows) > 1 else ("it", "estimate is")
+    if not away:
+        return f": beside {them} an identified effect would not be significant"
+    return (
+        f": with the effects as estimated the {are} {listed(away)} standard errors from {them}, but the standard error "
+        "given here includes that the effects are uncertain or others in their place"
+    )
 
 
 def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[str]:
@@ -140,7 +165,7 @@ def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[st
         if row.estimate is not None:
             holds = f"; the completed aircraft keeps the declared value {plain(row.value, 4)}"
         elif row.declared is not None and row.declared != row.value:
-            contradicted = f"{CONTRADICTED} value {plain(row.declared, 4)}"
+            contradicted = f"{CONTRADICTED} value {plain(row.declared, 4)}{grounds_of_contradiction([row])}"
             holds = f"; the completed aircraft uses it, because the records and the identified effects {contradicted}"
         sentences.append(
             f"Not significant in these records: {derivative_name(row.coefficient, row.term)}. The estimate "

@@ -36,14 +36,16 @@ class Completion:
         The fixed derivatives, with their insignificant estimates.
     broke_down : bool
         Whether the re-estimation with the fixed ones failed: the other values are then those of the free estimate.
-    contradicted : tuple of Entry
-        Insignificant but not fixed: the declared value and an identified parameter contradict each other.
+    contradicted : mapping of Entry to float or None
+        Insignificant but not fixed: the declared value and an identified parameter contradict each other. By how many
+        standard errors, were the effects' numbers known, the estimate is away; None where an identified parameter would
+        not be significant beside the declared value.
     """
 
     found: Attribution
     fixed: Mapping[Entry, float] = field(default_factory=dict)
     broke_down: bool = False
-    contradicted: tuple[Entry, ...] = ()
+    contradicted: Mapping[Entry, float | None] = field(default_factory=dict)
 
     @property
     def not_shown(self) -> tuple[Entry, ...]:
@@ -77,36 +79,38 @@ def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureS
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     fixed: dict[Entry, float] = {}
-    contradicted = [*_contradicted_by_effects(found, declared, search, excited=excited)]
+    contradicted: dict[Entry, float | None] = {**_contradicted_by_effects(found, declared, search, excited=excited)}
     while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
         estimated = {entry: found.completed.model.value(entry) for entry in hidden}
         try:
             restricted = restricted_estimate(found, {entry: declared[entry] for entry in hidden}, search)
         except EstimationError:
-            return Completion(found, fixed | estimated, broke_down=True, contradicted=tuple(contradicted))
+            return Completion(found, fixed | estimated, broke_down=True, contradicted=contradicted)
         lost = _no_longer_significant(found, restricted, search)
         if lost:
-            contradicted += [entry for entry in hidden if entry[0] in lost] or hidden
+            contradicted |= dict.fromkeys([entry for entry in hidden if entry[0] in lost] or hidden)
             continue
         fixed, found = fixed | estimated, restricted
-    return Completion(found, fixed, contradicted=tuple(contradicted))
+    return Completion(found, fixed, contradicted=contradicted)
 
 
 def _contradicted_by_effects(
     found: Attribution, declared: Mapping[Entry, float], search: StructureSearch, *, excited: bool
-) -> tuple[Entry, ...]:
+) -> dict[Entry, float]:
     """Insignificant derivatives whose declared values the records contradict in the presence of identified effects.
+
+    With each, how many standard errors its estimate alone is away from it, were the effects' numbers known.
 
     Jointly for each coefficient, by a chi-square test at the probability of the threshold of a named parameter. What is
     furthest from its declared value is released first: the others may agree with theirs once it is estimated.
     """
     beside = found.completed_deviations.beside_effects
     if beside is None:
-        return ()
+        return {}
     hidden = _not_shown(found, declared, excited=excited)
     model, free = found.completed.model, found.completed.free
     odds = 2.0 * ndtr(-search.settings.final_deviations)
-    contradicted: list[Entry] = []
+    contradicted: dict[Entry, float] = {}
     for coefficient in dict.fromkeys(entry[0] for entry in hidden):
         own = [entry for entry in hidden if entry[0] == coefficient]
         while own:
@@ -116,8 +120,10 @@ def _contradicted_by_effects(
             distance = float(away @ np.linalg.pinv(covariance, rcond=1e-12, hermitian=True) @ away)
             if chdtrc(len(own), distance) >= odds:
                 break
-            contradicted.append(own.pop(int(np.argmax(away**2 / np.diag(covariance)))))
-    return tuple(contradicted)
+            alone = np.abs(away) / np.sqrt(np.diag(covariance))
+            furthest = int(np.argmax(alone))
+            contradicted[own.pop(furthest)] = float(alone[furthest])
+    return contradicted
 
 
 def _no_longer_significant(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:

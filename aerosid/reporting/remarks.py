@@ -8,6 +8,7 @@ from aerosid.loop.derivative_table import (
     CONTRADICTED,
     DerivativeRow,
     derivative_name,
+    grounds_of_contradiction,
     notes_on_insignificant_derivatives,
 )
 from aerosid.loop.judgement_settings import JUDGEMENT
@@ -44,16 +45,22 @@ def _on_insignificant(rows: Sequence[DerivativeRow]) -> Iterator[str]:
     used = [row for row in rows if row.estimate is None]
     against = [row for row in used if row.declared is not None and row.declared != row.value]
     others = [row for row in used if row not in against]
+    tested = [row for row in against if row.declared_away is not None]
+    hiding = [row for row in against if row not in tested]
     keeps = f"; the completed aircraft keeps the declared {_values([row.value for row in kept])}"
-    uses = (
-        "; the completed aircraft uses what is estimated, because the records and the identified effects "
-        f"{CONTRADICTED} {_values([row.declared or 0.0 for row in against])}"
-    )
-    for group, end in ((kept, keeps), (against, uses), (others, "")):
+    for group, end in ((kept, keeps), (tested, _uses(tested)), (hiding, _uses(hiding)), (others, "")):
         if len(group) == 1:
             yield from notes_on_insignificant_derivatives(group)
         elif group:
             yield f"{_estimates(group)}{end}."
+
+
+def _uses(rows: Sequence[DerivativeRow]) -> str:
+    """Why the aircraft uses estimates that are not significant."""
+    return (
+        "; the completed aircraft uses what is estimated, because the records and the identified effects "
+        f"{CONTRADICTED} {_values([row.declared or 0.0 for row in rows])}{grounds_of_contradiction(rows)}"
+    )
 
 
 def _estimates(rows: Sequence[DerivativeRow]) -> str:

@@ -106,6 +106,7 @@ class DerivativeEntry(Row):
     filter_error: Number = None
     filter_error_std_error: Number = None
     estimate: Number = None
+    declared_away: Number = None
 
 
 class CoefficientEntry(Row):

@@ -55,4 +55,6 @@ def test_of_two_insignificant_derivatives_that_alone_keeps_its_declared_value_wh
     contradicted = asked & {(coefficient, str(term)) for coefficient, term in completion.contradicted}
     assert fixed == ({AGREES} if away > 5.0 else {AGREES, DISAGREES})
     assert contradicted == ({DISAGREES} if away > 5.0 else set())
+    told = {(coefficient, str(term)): errors for (coefficient, term), errors in completion.contradicted.items()}
+    assert told.get(DISAGREES) == (pytest.approx(away) if away > 5.0 else None)
     assert completion.found.completed.model.value(found.completed.free[names.index(AGREES)]) == values[AGREES]

@@ -48,6 +48,24 @@ def test_a_value_that_is_contradicted_is_said_of_that_derivative_alone(result: C
     assert "contradict" not in second
 
 
+def test_a_contradicted_value_within_its_standard_error_is_said_to_be_so_beside_the_effects(result: ClosedLoop) -> None:
+    """0.25 ± 0.5 does not contradict 0.214; with the effects as estimated it is 4.1 standard errors away."""
+    row = dataclasses.replace(
+        result.derivatives[0], shown=False, term="alpha", value=0.25, declared=0.214, std_error=0.5, declared_away=4.1
+    )
+    (one,) = remarks(
+        dataclasses.replace(result, derivatives=(row,), notes=tuple(notes_on_insignificant_derivatives([row])))
+    )
+    assert "with the effects as estimated the estimate is 4.1 standard errors from it" in one
+    hiding = dataclasses.replace(row, term="q_hat", declared_away=None)
+    rows = (row, dataclasses.replace(row, term="delta_e", declared_away=5.2), hiding)
+    both, last = remarks(
+        dataclasses.replace(result, derivatives=rows, notes=tuple(notes_on_insignificant_derivatives(rows)))
+    )
+    assert "the estimates are 4.1 and 5.2 standard errors from them" in both
+    assert "beside it an identified effect would not be significant" in last
+
+
 def test_derivatives_that_are_not_significant_share_a_sentence(result: ClosedLoop) -> None:
     row = result.derivatives[0]
     kept = dataclasses.replace(row, shown=False, term="q_hat", estimate=-15.5, std_error=21.0, value=-11.25)
