@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,9 +54,9 @@ def agreement_of(instrument_errors: InstrumentErrors, notes: tuple[str, ...] = (
         alternative = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, tested)
         others.setdefault(other.replaces.label, []).append(alternative)
     groups = tuple(
-        (finding, *others[row.hypothesis.label])
+        (finding, *distinct)
         for row, finding in zip(rows, findings, strict=True)
-        if row.hypothesis.label in others
+        if (distinct := _distinct(finding, others.get(row.hypothesis.label, [])))
     )
     turbulence = tuple(_moving_air(found))
     air = tuple(each for each in turbulence if each.length <= USUAL.longest_scale)
@@ -82,6 +82,20 @@ def _finding(
     chance = float(min(1.0, 2.0 * ndtr(-distance) * tested))
     axis = effect.axes[0] if isinstance(effect, PositionEffect) else ""
     return InstrumentFinding(kind, effect.where, axis, value, std_error, parameter.unit, chance, 2.0 * gain)
+
+
+def _distinct(finding: InstrumentFinding, alternatives: Sequence[InstrumentFinding]) -> tuple[InstrumentFinding, ...]:
+    """Each alternative once, in the order of first mention, that of largest gain; none that is named as the finding.
+
+    A position along one axis alone and along two, of which the first is reported, have one name.
+    """
+    best: dict[tuple[str, str, str], InstrumentFinding] = {}
+    for each in alternatives:
+        key = each.kind, each.where, each.axis
+        if key not in best or each.likelihood_gain > best[key].likelihood_gain:
+            best[key] = each
+    best.pop((finding.kind, finding.where, finding.axis), None)
+    return tuple(best.values())
 
 
 def _segments(found: Estimate, channel: str) -> list[int]:

@@ -1,14 +1,17 @@
 """Data compatibility result from the instrument errors of the kinematic equations, against the simulated ones."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from equations_decided import identified
 from problems import LIGHT, Problem, with_channels
 
+from aerosid.aircraft import load_aircraft
 from aerosid.compatibility import Agreement, KinematicConsistency
 from aerosid.compatibility.instrument_agreement import agreement_of, equivalent_biases
+from aerosid.logs.formats import read_log
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 
@@ -50,3 +53,15 @@ def test_a_drift_of_airspeed_is_stated_as_the_bias_that_makes_it(channel: str, s
     assert of_a_x == pytest.approx(size if channel == "a_x" else -9.80665 * size, rel=0.1)
     assert of_theta == pytest.approx(-of_a_x / 9.80665, rel=0.05)
     assert int(found[3]) > 90
+
+
+def test_an_alternative_is_listed_once() -> None:
+    """The vane of the Navion may be displaced along x, or along x and another axis: one name, and one row."""
+    folder = Path(__file__).parents[2] / "flight_data"
+    logs = [read_log(folder / f"navion_{name}.csv") for name in ("identify", "validate")]
+    agreement = agreement_of(identified(load_aircraft("navion"), logs[:1], logs[1:]))
+    assert agreement.inseparable
+    for group in agreement.inseparable:
+        names = [(each.kind, each.where, each.axis) for each in group]
+        assert len(set(names)) == len(names)
+    assert agreement.sentence.count("position of beta along x") == 1
