@@ -15,6 +15,7 @@ from pypdf import PageObject, PdfReader
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import CondPageBreak, LongTable, Paragraph
 
+from aerosid.loop.model_validation.goodness import CorrelationMatrix
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.chart import Chart, Line
 from aerosid.reporting.figures.layout import Row, Tile, parted, scale, stacked, tick_texts, tiled
@@ -214,3 +215,20 @@ def test_outer_tick_values_of_a_low_strip_keep_their_decimals() -> None:
     assert tick_texts((-0.5, 0.5)) == ["−0.5", "0.5"]
     assert tick_texts((-0.25, 0.25)) == ["−0.25", "0.25"]
     assert tick_texts((-0.2, 0.0, 0.2)) == ["−0.2", "0.0", "0.2"]
+
+
+@pytest.mark.parametrize("count", [16, 24, 30])
+def test_no_correlation_of_a_large_model_is_broken(count: int) -> None:
+    names = tuple(f"C_{'XYZlmn'[n % 6]} delta_{'ear'[n % 3]}" for n in range(count))
+    values = -0.97 * np.ones((count, count)) + 1.97 * np.eye(count)
+    values[::3] = np.clip(values[::3], -0.08, None)
+    result = dataclasses.replace(
+        closed_loop(samples=60), correlation=CorrelationMatrix(names, tuple(map(tuple, values.tolist())))
+    )
+    text = " ".join(" ".join(sheet.extract_text().split()) for sheet in paper(result).pages)
+    body = text.partition("Correlations of the estimates")[2].partition("From the covariance")[0]
+    assert "estimate" in body
+    below = values[np.tril_indices(count, -1)]
+    shown = below if count <= 24 else below[np.abs(below) >= 0.5]
+    assert len(re.findall(r"−0\.97(?!\d)", body)) == int(np.sum(shown == -0.97))
+    assert not re.search(r"−0\.(?!\d)", body)

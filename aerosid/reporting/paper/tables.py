@@ -17,8 +17,8 @@ from aerosid.reporting.paper.typeface import colours, style
 _SIZE, _HEAD_SIZE, _HASH_SIZE = 7.0, 6.5, 5.2
 """Display: pt, type of rows, of headings and of check sums."""
 
-_PADDING = 3.0
-"""Display: pt inside a cell."""
+_PADDING, _MATRIX_PADDING = 3.0, 0.75
+"""Display: pt inside a cell, and inside one of a matrix, whose columns are many and equal."""
 
 _LONG = 12
 """Display: rows beyond which a table may continue on the next page."""
@@ -63,8 +63,9 @@ def table(element: Element, width: float) -> Table:
     columns = max((cell.column + cell.span for (row,) in lines for cell in row.cells), default=1)
     heads = sum(1 for part in parts if part.tag == "thead" for _ in part.all("tr"))
     rows = [row.cells for (row,) in lines]
-    scale, widths = _fitted(rows, columns, width)
-    narrow = _narrowest(rows, heads, columns)
+    padding = _MATRIX_PADDING if "matrix" in element.classes else _PADDING
+    scale, widths = _fitted(rows, columns, width, padding)
+    narrow = _narrowest(rows, heads, columns, padding)
     if _folds(lines, heads) and 2.0 * sum(narrow) + _GUTTER <= width:
         scale, lines = 1.0, _folded(lines, heads, columns)
         spare = min((0.5 * (width - _GUTTER) - sum(narrow)) / columns, _SPARE)
@@ -74,8 +75,8 @@ def table(element: Element, width: float) -> Table:
     rules: list[tuple[Any, ...]] = [
         ("VALIGN", (0, 0), (-1, -1), "TOP"),
         ("VALIGN", (0, 0), (-1, heads - 1), "BOTTOM"),
-        ("LEFTPADDING", (0, 0), (-1, -1), _PADDING),
-        ("RIGHTPADDING", (0, 0), (-1, -1), _PADDING),
+        ("LEFTPADDING", (0, 0), (-1, -1), padding),
+        ("RIGHTPADDING", (0, 0), (-1, -1), padding),
         ("TOPPADDING", (0, 0), (-1, -1), 0.5),
         ("BOTTOMPADDING", (0, 0), (-1, -1), 1.2),
         ("FONTSIZE", (0, 0), (-1, -1), _HASH_SIZE),  # of an empty cell, which is as high as a line of its type
@@ -95,7 +96,7 @@ def table(element: Element, width: float) -> Table:
             if cell.span > 1:
                 rules.append(("SPAN", (column, i), (column + cell.span - 1, i)))
             across = sum(widths[column : column + cell.span])
-            grid[i][column] = _content(cell, _style(cell, row.element, scale), across)
+            grid[i][column] = _content(cell, _style(cell, row.element, scale), across - 2.0 * padding)
     kind = LongTable if len(grid) > _LONG else Table
     return kind(grid, colWidths=widths, repeatRows=heads, style=TableStyle(rules), hAlign="LEFT")
 
@@ -158,11 +159,12 @@ class _OneLine(Flowable):
 
 
 def _content(cell: _Cell, its_style: Any, width: float) -> Any:
+    """The cell's text within a width, pt."""
     if all(isinstance(child, str) for child in cell.element.children):
         text = " ".join(printable(cell.element.text()).split())
-        if stringWidth(text, its_style.fontName, its_style.fontSize) <= width - 2.0 * _PADDING:
+        if stringWidth(text, its_style.fontName, its_style.fontSize) <= width:
             return _OneLine(text, its_style)
-        lines = _lines(text, its_style, width - 2.0 * _PADDING)
+        lines = _lines(text, its_style, width)
         return Paragraph("<br/>".join(map(escaped, lines)), its_style)
     return Paragraph(markup(cell.element), its_style)
 
@@ -194,17 +196,17 @@ def _style(cell: _Cell, row: Element, scale: float = 1.0) -> Any:
     return style(scale * _SIZE, "muted" if "hidden-value" in row.classes else "ink", bold=bold, right=right)
 
 
-def _narrowest(rows: Sequence[Sequence[_Cell]], heads: int, columns: int) -> list[float]:
+def _narrowest(rows: Sequence[Sequence[_Cell]], heads: int, columns: int, padding: float) -> list[float]:
     """Width of every column for its longest text in one line, with its heading broken between words; pt."""
-    least, _ = _needs(rows, columns, 1.0)
-    _, most = _needs(rows[heads:], columns, 1.0)
+    least, _ = _needs(rows, columns, 1.0, padding)
+    _, most = _needs(rows[heads:], columns, 1.0, padding)
     return [max(pair) for pair in zip(least, most, strict=True)]
 
 
-def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> tuple[float, list[float]]:
+def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float, padding: float) -> tuple[float, list[float]]:
     """The largest scale of the type at which no word and no number has to be broken, and the columns' widths, pt."""
     for scale in _SCALES:
-        least, most = _needs(rows, columns, scale)
+        least, most = _needs(rows, columns, scale, padding)
         if sum(least) <= width:
             break
     else:
@@ -217,7 +219,9 @@ def _fitted(rows: Sequence[Sequence[_Cell]], columns: int, width: float) -> tupl
     return scale, [n + room * w / sum(wanted) for n, w in zip(least, wanted, strict=True)]
 
 
-def _needs(rows: Sequence[Sequence[_Cell]], columns: int, scale: float) -> tuple[list[float], list[float]]:
+def _needs(
+    rows: Sequence[Sequence[_Cell]], columns: int, scale: float, padding: float
+) -> tuple[list[float], list[float]]:
     """Width of every column for its longest word or number, and for its longest text in one line; pt."""
     least, most = [0.0] * columns, [0.0] * columns
     for cell in (cell for cells in rows for cell in cells if cell.span == 1):
@@ -229,6 +233,6 @@ def _needs(rows: Sequence[Sequence[_Cell]], columns: int, scale: float) -> tuple
         # A number and its standard error stay in one line.
         together = ("n" in cell.element.classes and not cell.head) or "hash" in cell.element.classes
         need = whole if together else min(word, _LONGEST_WORD)
-        least[cell.column] = max(least[cell.column], need + 2.0 * _PADDING + 1.0)
-        most[cell.column] = max(most[cell.column], whole + 2.0 * _PADDING + 1.0)
+        least[cell.column] = max(least[cell.column], need + 2.0 * padding + 1.0)
+        most[cell.column] = max(most[cell.column], whole + 2.0 * padding + 1.0)
     return least, most
