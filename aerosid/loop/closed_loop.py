@@ -35,6 +35,7 @@ from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES, Role, named_apart, require_logs, require_separate
+from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_missing_chain
 from aerosid.loop.verdict import (
@@ -120,7 +121,10 @@ def close_loop(
     consequences = begun(lambda: _consequences(result, known, requirement, settings))
     judged(result)
     pictures = _pictures(known, settings, progress)
-    result = replace(result, second_opinion=identified.second_opinion)
+    opinion = identified.second_opinion
+    if opinion is not None and opinion.is_silent and pictures is None and settings.paper_chain:
+        opinion = None  # a model error that cannot be estimated is no witness that nothing is missing
+    result = replace(result, second_opinion=opinion)
     progress("designing the next flight")
     return _completed(result, known, pictures, consequences(), settings)
 
@@ -256,7 +260,7 @@ def _completed(
         screening=pictures.screening if pictures else (),
         model_error=pictures.histories if pictures else (),
         prefilter=prefilter_note(pictures, settings),
-        notes=_notes(known, pictures, further.unlinearised, rows, settings),
+        notes=_notes(known, pictures, further.unlinearised, rows, settings, result.second_opinion),
         linear=further.linear,
         next_flight=further.next_flight,
         regressors=pictures.regressors if pictures else (),
@@ -293,6 +297,7 @@ def _notes(
     unlinearised: Sequence[str],
     rows: Sequence[DerivativeRow],
     settings: LoopSettings,
+    opinion: SecondOpinion | None,
 ) -> tuple[str, ...]:
     """Notes of the report: assumptions made on reading the logs, then remarks of each stage."""
     identified, found = judged.identified, judged.completion.found
@@ -302,7 +307,7 @@ def _notes(
         *_read(identified.manoeuvres, (*others, *identified.hold_out)),
         *(note_on_missing_chain(identified.manoeuvres) if pictures is None and settings.paper_chain else ()),
         *identified.notes,
-        *((identified.second_opinion.sentence,) if identified.second_opinion is not None else ()),
+        *((opinion.sentence,) if opinion is not None else ()),
         *notes_on_refuted(found.refuted, by_blocks=not others),
         *note_on_indistinguishable_terms(identified.rivals),
         *note_on_eliminated(found, settings.attribution.final_deviations),

@@ -74,7 +74,8 @@ class ClosedLoop:
     decided_by_validation: tuple[str, ...] = ()
     """Effects confirmed and refuted by the validation logs, a few words each; empty without any."""
     second_opinion: SecondOpinion | None = None
-    """Cross-check by the model error d(t) alone; None where it was not requested, or decided itself."""
+    """Cross-check by the model error d(t) alone; None where it was not requested, decided itself, or finds nothing on
+    flights whose d(t) cannot be estimated."""
     decided_by: Method = "likelihood"
     """The method that decided: with the default, the one that turbulence and recorder allow."""
     predictions: tuple[PredictionRow, ...] = ()

@@ -90,6 +90,11 @@ class SecondOpinion:
     structures: tuple[CompetingStructure, ...]
     error_ratio: float | None = None
 
+    @property
+    def is_silent(self) -> bool:
+        """Whether neither method identifies an effect."""
+        return self.agrees and not any(structure.effects for structure in self.structures)
+
 
 def second_opinion(problem: IdentificationProblem, first: MethodResult, settings: LoopSettings) -> SecondOpinion:
     """Attribution by method iebmee on the same flights, compared with that of the deciding method.

@@ -12,6 +12,7 @@ from problems import BOTH_SQUARES, LIGHT, Problem, native_csv
 from aerosid.cli.main import main
 from aerosid.errors import EstimationError, UsageError
 from aerosid.estimation.manoeuvre import prepare
+from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import declared_with_candidates
 from aerosid.loop.identification_problem import IdentificationProblem
@@ -110,3 +111,13 @@ def test_a_wrong_method_is_a_usage_error() -> None:
 
     with pytest.raises(UsageError, match="--method is 'x'"):
         loop_settings("off", None, False, 0, method="x")
+
+
+def test_a_recursion_that_failed_is_no_witness_that_nothing_is_missing() -> None:
+    """1.2 s of a flight: too short for the recursion of d(t), from which no effect is then reported to be absent."""
+    log = read_log(Path(__file__).parents[2] / "flight_data" / "light_transport_doublet.csv")
+    channels = {name: values[:40] for name, values in log.channels.items()}
+    result = close_loop([replace(log, time=log.time[:40], channels=channels)], LIGHT)
+    assert any("recursion failed" in note for note in result.notes)
+    assert not any("identifies no effect either" in note for note in result.notes)
+    assert result.second_opinion is None

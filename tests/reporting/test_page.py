@@ -420,3 +420,18 @@ def test_templates_that_were_compiled_before_fill_the_same_page(
     pages.append(filled())
     page_environment.cache_clear()
     assert pages == ["<p>a &lt; b</p>"] * 3 + ["<p>a &lt; b!</p>"]
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_the_verdict_is_said_once(verdict: Verdict) -> None:
+    """Where nothing is named the summary begins with the verdict's own sentence."""
+    made = dataclasses.replace(closed_loop(samples=60, verdict=verdict), summary=f"{verdict.value} More.")
+    assert Page(report_html(made, interactive=False)).text.count(verdict.value) == 1
+
+
+def test_turbulence_has_one_name() -> None:
+    gust = Effect(1, "gust", "", "", 0.232, 0.02, "m/s", Evidence(None, 1e-9, None, 50.0))
+    text = Page(report_html(dataclasses.replace(closed_loop(samples=60), effects=(gust,)), interactive=False)).text
+    decision = text.partition("Effects missing from the declared model")[2].partition("Error before and after")[0]
+    assert "vertical turbulence" in decision
+    assert "gust" not in decision

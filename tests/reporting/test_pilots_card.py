@@ -103,3 +103,13 @@ def test_a_probability_is_a_percentage_that_a_person_reads(probability: float, w
     ahead = dataclasses.replace(result.next_flight, questions=(question,))
     text = Page(report_html(dataclasses.replace(result, next_flight=ahead), interactive=False)).text
     assert f"with a probability of {words}" in text
+
+
+def test_a_trim_that_rounds_to_zero_has_no_sign() -> None:
+    level = PlannedPeak("alpha", "rad", -0.0004, -0.1, 0.1, -0.2, 0.2, True)
+    made = flown_next(given=True)
+    assert made.next_flight is not None
+    ahead = dataclasses.replace(made.next_flight, input=dataclasses.replace(planned(given=True), peaks=(level,)))
+    text = card(dataclasses.replace(made, next_flight=ahead))
+    assert "−5.7 to 5.7" in text
+    assert not re.search(r"[−-]0\.0(?!\d)", text)

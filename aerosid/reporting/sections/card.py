@@ -105,7 +105,12 @@ def _load_factor(planned: PlannedInput, start: float, end: float, stick: str) ->
         return MISSING
     load = -history.chosen[inside] / GRAVITY
     extreme = float(np.min(load) if stick == "push" else np.max(load))
-    return f"{extreme:.1f}".replace("-", "−")
+    return _decimals(extreme, 1)
+
+
+def _decimals(value: float, places: int) -> str:
+    """The number with so many decimals; what rounds to zero has no sign."""
+    return f"{round(value, places) + 0.0:.{places}f}".replace("-", "−")
 
 
 def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
@@ -117,7 +122,7 @@ def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
         if peak.name == "V":
             return number(calibrated_airspeed(value, altitude) / KNOT, 3)
         places = _PLACES.get(peak.name, 1)
-        return f"{shown_unit(peak.unit).factor * value + 0.0:.{places}f}".replace("-", "−")
+        return _decimals(shown_unit(peak.unit).factor * value, places)
 
     speed = peak.name == "V"
     bounded = peak.limit_low is not None and peak.limit_high is not None

@@ -26,7 +26,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any]:
         "rest": rest,
         "tone": TONES[result.verdict],
         "verdict": result.verdict.name.lower().replace("_", " "),
-        "meaning": result.verdict.value,
+        "meaning": "" if result.verdict.value in result.summary else result.verdict.value,
         "decision": DECISIONS[result.verdict],
         "open_points": open_points(result),
         "remarks": remarks(result),
