@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import KINDS, ActiveEffect, frozen
 from aerosid.effects.disturbance import unmodelled_forces
-from aerosid.effects.kinds import NoiseEffect
+from aerosid.effects.kinds import NoiseEffect, OutputEffect, PositionEffect
 from aerosid.effects.step_change import offset_column
 from aerosid.estimation.effect_columns import with_offsets
 from aerosid.estimation.effects_in_flight import OutOfRangeError
@@ -114,7 +114,8 @@ def smooth_forces(
     Raises
     ------
     OutOfRangeError
-        Where the simulation, with or without these effects, leaves the model's range.
+        Where the simulation, with or without these effects, leaves the model's range, or that without them the motion
+        about which everything is linear.
 
     Notes
     -----
@@ -140,6 +141,8 @@ def smooth_forces(
         lost = np.zeros_like(residual)
         if without:
             bare = next(iter(likelihood.traced(n, values, state, remaining, whole=True)))
+            if not (_on_instruments(without) or _is_near(part.trace.outputs, bare.trace.outputs, manoeuvres[n])):
+                raise OutOfRangeError
             lost = bare.block[:, :, :1] - residual
         asked.append(np.concatenate([residual + lost + (terms @ sizes)[:, :, None], terms, lost], axis=2))
     intervals = [manoeuvre.interval for manoeuvre in manoeuvres]
@@ -168,6 +171,25 @@ def smooth_forces(
         d, terms, lost = errors[:, offsets, 0], errors[:, offsets, 1:-1], errors[:, offsets, -1]
         histories.append(ForceHistory(d, np.sqrt(variances[:, offsets]), terms, lost))
     return tuple(histories)
+
+
+_NEAR = {"alpha": 0.1, "beta": 0.1, "theta": 0.5, "phi": 0.5}
+"""Physical: rad by which a motion may be off another one and its equations be linear about that."""
+
+_NEAR_SPEED = 0.2
+"""Physical: fraction by which its airspeed may be."""
+
+
+def _is_near(motion: NDArray[np.float64], other: NDArray[np.float64], manoeuvre: Manoeuvre) -> bool:
+    """Whether one motion, by its outputs (N, m), is near enough to another for equations that are linear about that."""
+    limits = {"V": _NEAR_SPEED * manoeuvre.mean_airspeed, **_NEAR}
+    rows = [(manoeuvre.row(name), limit) for name, limit in limits.items() if name in manoeuvre.axes.outputs]
+    return all(float(np.max(np.abs(motion[:, row] - other[:, row]))) < limit for row, limit in rows)
+
+
+def _on_instruments(effects: Sequence[ActiveEffect]) -> bool:
+    """Whether all of these change what is recorded of a motion, and not the motion."""
+    return all(isinstance(active.effect, OutputEffect | PositionEffect) for active in effects)
 
 
 def _with_forces(
@@ -224,7 +246,7 @@ def smoothed_histories(
         The terms that the declared model lacks.
     identified : sequence of ActiveEffect
         The effects of other kinds that it lacks. Those of the air, statistics without a time history, are kept in the
-        model, and all are where it cannot be simulated without them.
+        model, and so is what acts on the motion where that is far off without it.
 
     Returns
     -------
@@ -234,16 +256,14 @@ def smoothed_histories(
     if refinement.held_to_data > 0.0 or max(manoeuvre.flight.time.size for manoeuvre in manoeuvres) > LONGEST:
         return (), {}
     sizes = np.array([refinement.model.value(entry) for entry in chosen])
-    without = [active for active in identified if not isinstance(active.effect, NoiseEffect)]
-    try:
+    possible = [active for active in identified if not isinstance(active.effect, NoiseEffect)]
+    for without in (possible, [active for active in possible if _on_instruments([active])], []):
         try:
             smoothed = smooth_forces(refinement, manoeuvres, coefficients, chosen, without=without)
         except OutOfRangeError:
-            if not without:
-                raise
-            without = []
-            smoothed = smooth_forces(refinement, manoeuvres, coefficients, chosen)
-    except OutOfRangeError:
+            continue
+        break
+    else:
         return (), {}
     rows = []
     for manoeuvre, history in zip(manoeuvres, smoothed, strict=True):

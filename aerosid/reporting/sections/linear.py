@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from aerosid.effects import KINDS
 from aerosid.loop.flying_qualities.linear_analysis import LinearRow, StepRow
 from aerosid.loop.flying_qualities.mode_levels import Level
 from aerosid.loop.quantity import Parameter
@@ -63,7 +64,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any] | None:
         },
         "condition": first,
         "levels": {_mode(mode): [_level(row, mode) for row in result.linear] for mode in judged},
-        "left_out": sorted({e.kind.replace("_", " ") for e in result.completed_aircraft.effects}),
+        "left_out": sorted({KINDS[e.kind].short_name for e in result.completed_aircraft.effects}),
         "extrapolated": _said(result.linear),
         "pitches": "n_alpha" in first.qualities,
         "steps": [_step(result.linear, step, figures) for step in first.steps],

@@ -14,6 +14,7 @@ from problems import BOTH_SQUARES, LIGHT, NOISE, Problem, declaring, entry, with
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_lag
 from aerosid.effects.disturbance import gust
+from aerosid.effects.sensor import sensor_bias
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.model_error.aircraft_error.force_history import ForceHistory, smooth_forces, smoothed_histories
@@ -220,3 +221,15 @@ def test_statistics_of_the_air_stay_in_the_model_and_are_told() -> None:
         assert history.kept == ("vertical turbulence",)
         assert not history.effects
         assert_allclose(history.explained, 0.0)
+
+
+def test_effects_without_which_the_motion_is_another_stay_in_the_model() -> None:
+    """A lag of 3 s leaves little of a 3-2-1-1: equations linear about this motion are not those of one without it."""
+    problem = Problem(elevator="3211", amplitude=0.2)
+    model, manoeuvre = problem.prepared(problem.fly(2))
+    found = refine(model, [manoeuvre], model.entries)
+    late, bias = ActiveEffect(control_lag("delta_e"), (3.0,)), ActiveEffect(sensor_bias("theta", "rad", 0.001), (0.01,))
+    refined = replace(found, effects=(late, bias))
+    for history in smoothed_histories(refined, [manoeuvre], COEFFICIENTS, (), refined.effects)[0]:
+        assert history.kept == ("control lag of delta_e",)
+        assert history.effects == ("sensor bias of theta",)
