@@ -92,6 +92,8 @@ def contradictions(
             _suspect_outputs(windows, settings, misfits),
         )
         unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
+        if unit is None and "h" in (*contradicting, *suspect):
+            unit = _height_unit(windows, settings, misfits)
         if unit is not None:
             found.append(unit)
             continue
@@ -142,6 +144,27 @@ def _airspeed_unit(
     return Contradiction(
         windows.log.name, ("V",), ", or ".join(remedies), max(before[name] for name in AIR if name in before)
     )
+
+
+def _height_unit(
+    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
+) -> Contradiction | None:
+    """The unit of height with which its misfit vanishes and no other grows; None where there is none.
+
+    Tried before instrument errors, as that of airspeed: free scale factors and delays of airspeed and height, which are
+    tolerated, bend the path as far as a factor of 3.28 asks.
+    """
+    before = {name: fraction for name, (fraction, _) in misfits.items()}
+    for factor, remedy in FACTORS["m"]:
+        if factor < 0.0:
+            continue
+        changed = _with_channel(windows, "h", factor * windows.channel("h"))
+        after = _misfits_if_near(changed, settings, lambda first: first["h"][0] < settings.doubtful)
+        if after is None or after["h"][0] >= settings.vanishes or _contradicting_outputs(changed, settings, after):
+            continue
+        if all(after[name][0] <= max((1.0 + settings.beside) * before[name], settings.doubtful) for name in before):
+            return Contradiction(windows.log.name, ("h",), remedy, before["h"])
+    return None
 
 
 def _mean_in_air(misfits: dict[str, tuple[float, float]]) -> float:

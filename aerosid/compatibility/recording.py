@@ -12,6 +12,7 @@ from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED, STATES
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, Position
+from aerosid.logs.physical_values import is_constant
 from aerosid.signals.resampling import without_gaps
 
 NEEDED = (*DRIVING, "V", "alpha")
@@ -136,7 +137,7 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
             inputs[:, j] = log[name]
     measured = np.full((time.size, len(OBSERVED)), np.nan)
     for i, name in enumerate(OBSERVED):
-        if _is_present(log, name, settings):
+        if _is_present(log, name, settings) and (name in NEEDED or not is_constant(log, name)):
             measured[:, i] = log[name]
     stretches = _whole_stretches(time, inputs, measured, settings)
     if not stretches:

@@ -17,7 +17,8 @@ from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.vane import alpha_at_centre
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
-from aerosid.notation import plain
+from aerosid.logs.physical_values import is_constant
+from aerosid.notation import listed, plain
 from aerosid.signals.noise import calmed
 
 STANDARD_SPEED_OF_SOUND = 340.29
@@ -146,6 +147,10 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
         inputs[:, columns.index("alpha")] += _vane_motion(log)
     substeps, ground = _substeps(log, aircraft, inputs), _ground(log)
     outputs = tuple(name for name in axes.outputs if name in log and np.isfinite(log[name]).sum() >= PREPARATION.fewest)
+    still = [name for name in outputs if name not in axes.required and is_constant(log, name)]
+    if still:
+        notes.append(f"{listed(still)}: one value throughout, as of an instrument that is frozen; not used.")
+        outputs = tuple(name for name in outputs if name not in still)
     extra = columns[len(input_columns_of(axes)) :]
     noisy = (*outputs, *(name for name in extra if name.startswith("delta_")))
     deviation = {name: channel_noise(log, name).deviation for name in noisy}

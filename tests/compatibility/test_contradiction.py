@@ -132,6 +132,19 @@ def test_an_airspeed_in_knots_is_named_in_turbulence_that_dominates_both_channel
     assert "knots and not m/s" in found.remedy
 
 
+@pytest.mark.parametrize(("factor", "words"), [(1.0 / 0.3048, "feet and not metres"), (0.3048, "metres and not feet")])
+def test_a_height_in_another_unit_is_named(log: FlightLog, factor: float, words: str) -> None:
+    """Scale factors and delays of airspeed and height, which are tolerated, had bent the path as far."""
+    (found,) = judged(with_channels(log, h=factor * log["h"]))
+    assert found.channels == ("h",)
+    assert words in found.remedy
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+def test_a_scale_factor_error_of_height_is_no_unit(log: FlightLog, factor: float) -> None:
+    assert not any("and not" in found.remedy for found in judged(with_channels(log, h=factor * log["h"])))
+
+
 @pytest.mark.parametrize("factor", [0.7, pytest.param(0.85, marks=pytest.mark.slow), 1.3])
 def test_a_scale_factor_error_of_airspeed_is_no_unit(log: FlightLog, factor: float) -> None:
     assert not any("and not" in found.remedy for found in judged(with_channels(log, V=factor * log["V"])))

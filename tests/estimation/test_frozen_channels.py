@@ -1,0 +1,34 @@
+"""A channel of one value throughout is no measurement of a flight that moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from problems import LIGHT, Problem, with_channels
+
+from aerosid.aircraft.declared_model import declared_model
+from aerosid.compatibility import Agreement, check_kinematics
+from aerosid.estimation.manoeuvre import prepare
+from aerosid.logs.flight_log import FlightLog
+
+
+@pytest.fixture(scope="module")
+def log() -> FlightLog:
+    return Problem(elevator="3211", duration=15.0).fly(3)
+
+
+@pytest.mark.parametrize("channel", ["h", "theta"])
+def test_a_frozen_channel_is_not_used_and_a_note_says_so(log: FlightLog, channel: str) -> None:
+    columns = declared_model(LIGHT, 100.0).columns
+    whole = prepare(log, LIGHT, columns)
+    frozen = prepare(with_channels(log, **{channel: np.full(log.time.size, log[channel][0])}), LIGHT, columns)
+    assert frozen.outputs == tuple(name for name in whole.outputs if name != channel)
+    assert [note for note in frozen.notes if note.startswith(f"{channel}: one value throughout")]
+    assert not [note for note in whole.notes if "one value" in note]
+
+
+def test_a_frozen_altimeter_is_no_turbulence_and_contradicts_nothing(log: FlightLog) -> None:
+    found = check_kinematics([with_channels(log, h=np.full(log.time.size, 1500.0))])
+    assert found is not None
+    assert found.verdict is Agreement.CONSISTENT
+    assert "h" not in {row.channel for row in found.channels}
