@@ -169,10 +169,9 @@ def decide(
     joint = selected_jointly(errors, errors.selected, tuple(coefficients), values, log)
     identified, other_delays, search, outcome = joint
     fitted, evidence = search.fitted, search.criterion.evidence
-    (structure, on_fitted, regressed, covariance, biased), refuted = _accepted_structure(identified, search, outcome)
+    accepted, refuted = _accepted_structure(identified, search, outcome)
+    structure, on_fitted, regressed, completed, covariance, biased = accepted
     fitted_estimate, chosen = on_fitted.estimate, (*identified.chosen, *structure.chosen)
-    adopted = [row for row in biased if row.adopted]
-    completed = with_values(regressed, instrumental_values(adopted))
     jointly = [each.hypothesis for each in structure.chosen if distinct_name(each.hypothesis) in evidence]
     of_errors, of_structure = (
         competing_alternatives(identified, [h for h in hypotheses if is_instrument_error(h)]),
@@ -184,14 +183,14 @@ def decide(
     # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
     excluded = {*refuted, *(h.label for h in jointly), *(row.hypothesis.label for row in other_delays)}
     alternatives = (*other_delays, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
-    before = _declared_alike(estimate(fitted_estimate.problem, start), adopted)
+    before = _declared_alike(estimate(fitted_estimate.problem, start), biased)
     compared = as_compared(fitted_estimate.problem)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
     after = fits_of(compared, completed)
     listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
     omitted = _omitted(errors, identified, structure, search, listed)
     averaged = averaged_covariance(regressed, covariance, fitted_estimate, alternatives, derivatives, omitted)
-    reported = with_values(fitted_estimate, instrumental_values(adopted))
+    reported = with_values(fitted_estimate, instrumental_values(biased))
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
@@ -218,9 +217,9 @@ def decide(
     )
 
 
-def _declared_alike(declared: Estimate, adopted: Sequence[RegressorErrors]) -> Estimate:
+def _declared_alike(declared: Estimate, biased: Sequence[RegressorErrors]) -> Estimate:
     """The declared structure's estimate, its coefficients by the method by which those of the completed one are."""
-    return with_instrumental_values(converged(declared), {row.coefficient for row in adopted})
+    return with_instrumental_values(converged(declared), {row.coefficient for row in biased if row.adopted})
 
 
 def _gains_with_evidence(
@@ -248,13 +247,15 @@ def _omitted(
 
 
 class _Accepted(NamedTuple):
-    """A structure, its fit to the identification records, and estimate and covariance with the instrument errors.
+    """A structure, its fit to the identification records, and estimates and covariance with the instrument errors.
 
-    `covariance` contains the errors in the regressors of the `biased` coefficients.
+    `regressed` is by least squares, `completed` by instrumental variables where these are adopted. `covariance`
+    contains the errors in the regressors of the `biased` coefficients.
     """
 
     structure: SelectedStructure
     on_fitted: SelectedStructure
+    regressed: Estimate
     completed: Estimate
     covariance: Array
     biased: tuple[RegressorErrors, ...]
@@ -296,14 +297,15 @@ def _significant(
         weights = weights_restricted_to(structure.estimate, search.fitted, point)
         on_fitted = converged(likelier_input_interpolation(estimate(search.fitted, point, weights)))
         fitted = SelectedStructure(on_fitted, structure.chosen)
-        completed, covariance = _with_covariance(delays, fitted, structure)
+        regressed, covariance = _with_covariance(delays, fitted, structure)
         added = {entry for each in structure.chosen for entry in each.hypothesis.entries}
         biased = regressor_errors(fitted.estimate, added)
         covariance = with_regressor_errors(covariance, fitted.estimate, biased)
+        completed = with_values(regressed, instrumental_values(biased))
         findings = effect_estimates(completed, covariance, (*identified.chosen, *structure.chosen))
         insignificant = least_significant_of(findings, structure.chosen, search.fitted.settings.deviations)
         if insignificant is None:
-            return _Accepted(structure, fitted, completed, covariance, biased)
+            return _Accepted(structure, fitted, regressed, completed, covariance, biased)
         search.log(f"  not significant with instrument uncertainty: {insignificant.hypothesis.label}")
         structure = structure_without(structure, insignificant)
 

@@ -115,7 +115,7 @@ def test_what_predicts_the_other_record_worse_is_not_reported_in_place_of_least_
         found = replace(found, problem=replace(found.problem, settings=settings))
         compared = as_compared(found.problem)
         for row in regressor_errors(found, ()):
-            moved = with_values(found, instrumental_values([row]))
+            moved = with_values(found, instrumental_values([replace(row, adopted=True)]))
             fits = zip(fits_of(compared, found), fits_of(compared, moved), strict=True)
             (gain,) = (b.r2 - a.r2 for a, b in fits if a.coefficient == row.coefficient and not a.fitted)
             assert row.adopted is (gain > -settings.least_rise)

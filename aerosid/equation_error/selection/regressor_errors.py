@@ -111,13 +111,13 @@ def with_instrumental_values(found: Estimate, biased: Collection[str]) -> Estima
         The coefficients.
     """
     rows = [row for row in _by_coefficient(found) if row.coefficient in biased] if biased else []
-    return with_values(found, instrumental_values(rows))
+    return with_values(found, instrumental_values([replace(row, adopted=True) for row in rows]))
 
 
 def instrumental_values(rows: Sequence[RegressorErrors]) -> dict[Unknown, float]:
-    """Derivatives and constants by instrumental variables."""
+    """Derivatives and constants of the coefficients whose estimate by instrumental variables is adopted."""
     values: dict[Unknown, float] = {}
-    for row in rows:
+    for row in (row for row in rows if row.adopted):
         values |= {each.unknown: each.instrumental for each in row.derivatives} | dict(row.constants)
     return values
 
@@ -262,7 +262,10 @@ def _is_adopted(found: Estimate, row: RegressorErrors, added: Collection[Entry])
     if any(each.entry in added and abs(each.instrumental) < least * each.std_error for each in row.derivatives):
         return False
     compared = as_compared(found.problem)
-    before, after = fits_of(compared, found), fits_of(compared, with_values(found, instrumental_values([row])))
+    before, after = (
+        fits_of(compared, found),
+        fits_of(compared, with_values(found, instrumental_values([replace(row, adopted=True)]))),
+    )
     changes = [
         (old.fitted, new.r2 - old.r2)
         for old, new in zip(before, after, strict=True)
