@@ -54,6 +54,7 @@ from aerosid.equation_error.selection.near_significant import (
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, Name, effects_of
 from aerosid.equation_error.selection.regressor_errors import (
     RegressorErrors,
+    changes_of_fit,
     instrumental_values,
     regressor_errors,
     with_instrumental_values,
@@ -218,8 +219,16 @@ def decide(
 
 
 def _declared_alike(declared: Estimate, biased: Sequence[RegressorErrors]) -> Estimate:
-    """The declared structure's estimate, its coefficients by the method by which those of the completed one are."""
-    return with_instrumental_values(converged(declared), {row.coefficient for row in biased if row.adopted})
+    """The declared structure's estimate, its coefficients by the method by which those of the completed one are.
+
+    By least squares where that predicts a record better: a deficient structure is given its better estimate.
+    """
+    found = converged(declared)
+    for row in (row for row in biased if row.adopted):
+        other = with_instrumental_values(found, {row.coefficient})
+        if all(change >= 0.0 for _, change in changes_of_fit(found, other, row.coefficient)):
+            found = other
+    return found
 
 
 def _gains_with_evidence(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from aerosid.equation_error.regression.design import residual_weights, solve
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 
@@ -13,6 +15,10 @@ SETTLED = 1e-5
 
 COMPARED = 0.02
 """Numerical: loss of ln L beyond which the start is kept; Burg's method only approximates maximum likelihood."""
+
+NEAR = 1.0
+"""Numerical: standard errors by which a term may move. Beyond, colours and terms converge elsewhere: to a slower colour
+that takes up what a deficient structure leaves, and with it the motion (Citation short period, C_m as declared)."""
 
 
 def converged(found: Estimate) -> Estimate:
@@ -37,6 +43,9 @@ def converged(found: Estimate) -> Estimate:
         last = again
         if is_settled:
             break
-    if last.log_likelihood < first.log_likelihood - COMPARED:
+    error = np.sqrt(np.maximum(np.diag(first.covariance), 1e-300))
+    terms = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "term"]
+    moved = (np.abs(last.values - first.values) / error)[terms]
+    if last.log_likelihood < first.log_likelihood - COMPARED or np.any(moved > NEAR):
         return found
     return estimate(problem, point, last.weights, steps=2)

@@ -164,6 +164,13 @@ def with_regressor_errors(covariance: Array, found: Estimate, biased: Sequence[R
     return np.asarray(total * np.outer(scale, scale))
 
 
+def changes_of_fit(found: Estimate, other: Estimate, coefficient: str) -> list[tuple[bool, float]]:
+    """Rise of R^2 of a coefficient on each record from one estimate to the other, and whether the record is fitted."""
+    compared = as_compared(found.problem)
+    pairs = zip(fits_of(compared, found), fits_of(compared, other), strict=True)
+    return [(old.fitted, new.r2 - old.r2) for old, new in pairs if old.coefficient == MAINLY[coefficient]]
+
+
 def _by_coefficient(found: Estimate) -> list[RegressorErrors]:
     """Both estimates of the derivatives of each coefficient that the instruments determine."""
     settings, design = found.problem.settings, found.design
@@ -261,15 +268,7 @@ def _is_adopted(found: Estimate, row: RegressorErrors, added: Collection[Entry])
     least = settings.deviations
     if any(each.entry in added and abs(each.instrumental) < least * each.std_error for each in row.derivatives):
         return False
-    compared = as_compared(found.problem)
-    before, after = (
-        fits_of(compared, found),
-        fits_of(compared, with_values(found, instrumental_values([replace(row, adopted=True)]))),
-    )
-    changes = [
-        (old.fitted, new.r2 - old.r2)
-        for old, new in zip(before, after, strict=True)
-        if old.coefficient == MAINLY[row.coefficient]
-    ]
+    other = with_values(found, instrumental_values([replace(row, adopted=True)]))
+    changes = changes_of_fit(found, other, row.coefficient)
     unseen = [change for fitted, change in changes if not fitted] or [change for _, change in changes]
     return min(unseen) > -settings.least_rise
