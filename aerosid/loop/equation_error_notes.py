@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from aerosid.effects import ActiveEffect
@@ -11,6 +13,8 @@ from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
+from aerosid.estimation.manoeuvre import Manoeuvre
+from aerosid.manoeuvres.record import runs
 from aerosid.notation import listed, number, si_unit, with_deviation
 from aerosid.search.findings import named
 
@@ -64,8 +68,37 @@ def note_on_near_significant(row: NearSignificant) -> str:
     return f"{sentence}."
 
 
+BRIDGED = 0.3
+"""Numerical: s of a hole from which it is noted: half a period at the band of usual short periods."""
+
+RAREST = 5
+"""Numerical: sampling intervals of a channel, which may be slower than the log, from which a gap is a hole."""
+
 NOTED_SCALE = 0.005
 """Display: relative part of a standard error from which the vane's scale factor is noted."""
+
+
+def notes_on_bridged_holes(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+    """One sentence for each hole of a measured channel that is longer than the equations' band resolves.
+
+    The equations need every sample of a record and bridge holes by a line: what the aircraft did meanwhile is lost, and
+    its motion before and after contradicts the line.
+    """
+    found = []
+    for manoeuvre in manoeuvres:
+        time = manoeuvre.flight.time
+        for name in manoeuvre.outputs:
+            missing = ~np.isfinite(manoeuvre.measured(name))
+            least = max(BRIDGED, RAREST * float(np.median(np.diff(time[~missing]))))
+            for first, last in runs(missing):
+                begun, ended = float(time[max(first - 1, 0)]), float(time[min(last + 1, time.size - 1)])
+                if first > 0 and last + 1 < time.size and ended - begun > least:
+                    found.append(
+                        f"{manoeuvre.name}: {name} has a hole from {begun:.2f} to {ended:.2f} s, which the equations "
+                        "bridge by a line; what is found may be due to that. Choose a span without it, with --from and "
+                        "--to."
+                    )
+    return tuple(found)
 
 
 def note_on_vane_scale(active: ActiveEffect) -> str | None:

@@ -21,6 +21,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_regressor_errors,
     note_on_supported_error,
     note_on_vane_scale,
+    notes_on_bridged_holes,
 )
 from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.loop.settings import LoopSettings, Method, Progress
@@ -162,7 +163,8 @@ def _by_equations(
         settings.attribution,
         problem.declared,
     )
-    notes = tuple(note_on_delay(each) for each in decision.delay_discrepancies)
+    notes = notes_on_bridged_holes(problem.manoeuvres)
+    notes += tuple(note_on_delay(each) for each in decision.delay_discrepancies)
     together = decision.joint_evidence
     notes += tuple(
         note_on_supported_error(row, together[row.hypothesis.label])
