@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -147,10 +148,9 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
         inputs[:, columns.index("alpha")] += _vane_motion(log)
     substeps, ground = _substeps(log, aircraft, inputs), _ground(log)
     outputs = tuple(name for name in axes.outputs if name in log and np.isfinite(log[name]).sum() >= PREPARATION.fewest)
-    still = [name for name in outputs if name not in axes.required and is_constant(log, name)]
-    if still:
-        notes.append(f"{listed(still)}: one value throughout, as of an instrument that is frozen; not used.")
-        outputs = tuple(name for name in outputs if name not in still)
+    if frozen := _frozen(log, outputs, axes):
+        notes.append(f"{listed(frozen)}: one value throughout, as of an instrument that is frozen; not used.")
+        outputs = tuple(name for name in outputs if name not in frozen)
     extra = columns[len(input_columns_of(axes)) :]
     noisy = (*outputs, *(name for name in extra if name.startswith("delta_")))
     deviation = {name: channel_noise(log, name).deviation for name in noisy}
@@ -164,6 +164,12 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     # A copy: kernels compile anew for arrays that may not be written.
     flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
     return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), ground, axes)
+
+
+def _frozen(log: FlightLog, outputs: Sequence[str], axes: Axes) -> tuple[str, ...]:
+    """The outputs of one value throughout; none where a required channel holds still too, as in undisturbed flight."""
+    still = tuple(name for name in outputs if is_constant(log, name))
+    return () if any(name in axes.required for name in still) else still
 
 
 def _ground(log: FlightLog) -> float:

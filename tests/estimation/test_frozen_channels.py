@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from problems import LIGHT, Problem, with_channels
+from problems import LIGHT, SILENT, Problem, with_channels
 
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.compatibility import Agreement, check_kinematics
@@ -25,6 +25,12 @@ def test_a_frozen_channel_is_not_used_and_a_note_says_so(log: FlightLog, channel
     assert frozen.outputs == tuple(name for name in whole.outputs if name != channel)
     assert [note for note in frozen.notes if note.startswith(f"{channel}: one value throughout")]
     assert not [note for note in whole.notes if "one value" in note]
+
+
+def test_in_undisturbed_flight_every_channel_may_hold_still() -> None:
+    log = Problem(elevator="none", noise=SILENT).fly(0)
+    prepared = prepare(log, LIGHT, declared_model(LIGHT, 100.0).columns)
+    assert {"h", "theta"} <= set(prepared.outputs)
 
 
 def test_a_frozen_altimeter_is_no_turbulence_and_contradicts_nothing(log: FlightLog) -> None:
