@@ -130,3 +130,12 @@ def test_an_estimate_with_instrumental_values_has_them_in_its_model_too() -> Non
     assert moved.solution.values[moved.design.unknowns.index(DAMPING)] == moved.point.model.value(entry)  # type: ignore[arg-type]
     assert moved.point.model.value(entry) != found.point.model.value(entry)  # type: ignore[arg-type]
     assert with_instrumental_values(found, set()) is found
+
+
+def test_a_coefficient_of_controls_alone_is_the_same_by_both() -> None:
+    """Its regressors are instruments themselves: there is no difference to compare with chance."""
+    found = reported_always(estimated(BODIES[0], 8))
+    kept = [u for u in found.design.unknowns if u[0] != "term" or u[1][0] != "C_m" or "delta_e" in str(u[1][1])]  # type: ignore[index]
+    design = found.design.without([u for u in found.design.unknowns if u not in kept])
+    alone = replace(found, design=design, solution=solve(design, found.solution.weights))
+    assert "C_m" not in {row.coefficient for row in regressor_errors(alone, ())}

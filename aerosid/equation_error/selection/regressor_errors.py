@@ -39,6 +39,9 @@ Array = NDArray[np.float64]
 SMALLEST = 1e-3
 """Numerical: eigenvalue of a correlation matrix below which its direction is left out of the comparison."""
 
+SAME = 1e-6
+"""Numerical: standard error of a difference over that of the derivative, 1, below which both estimates are the same."""
+
 WORST_CONDITION = 1e5
 """Numerical: condition of the scaled projected regressors from which the instruments do not determine them."""
 
@@ -240,12 +243,16 @@ def _compared(
     if not places or np.any(size == 0.0) or np.linalg.cond(slopes / size) > WORST_CONDITION:
         return None
     values, instrumental = found.solution.values[places], solution.values[places]
-    size = np.sqrt(np.diag(of_difference)[places])
-    eigenvalues, vectors = np.linalg.eigh(of_difference[np.ix_(places, places)] / np.outer(size, size))
-    shown = eigenvalues > SMALLEST
-    along = (vectors.T @ ((instrumental - values) / size))[shown]
-    statistic, freedom = float(np.sum(along**2 / eigenvalues[shown])), int(shown.sum())
     errors = np.sqrt(np.diag(covariance)[places])
+    size = np.sqrt(np.diag(of_difference)[places])
+    differs = size > SAME * errors
+    if not differs.any():
+        return None  # all regressors are instruments themselves
+    within, size = np.array(places)[differs], size[differs]
+    eigenvalues, vectors = np.linalg.eigh(of_difference[np.ix_(within, within)] / np.outer(size, size))
+    shown = eigenvalues > SMALLEST
+    along = (vectors.T @ ((instrumental - values)[differs] / size))[shown]
+    statistic, freedom = float(np.sum(along**2 / eigenvalues[shown])), int(shown.sum())
     rows = zip((unknowns[p] for p in places), values.tolist(), instrumental.tolist(), errors.tolist(), strict=True)
     return RegressorErrors(
         coefficient,
