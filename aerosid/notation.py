@@ -52,6 +52,12 @@ def with_deviation(value: float | None, std_error: float | None) -> str:
     return f"{value:.{places}f} ± {std_error:.{places}f}".replace("-", "−")
 
 
+def decimals(value: float, places: int) -> str:
+    """`value` with so many decimals; what rounds to zero has no sign."""
+    # Adding zero turns a rounded -0.0 into 0.0.
+    return f"{round(value, places) + 0.0:.{places}f}".replace("-", "−")
+
+
 def plain(value: float | None, digits: int = 6) -> str:
     """`value` without trailing zeros, for numbers that someone has set; a dash for none."""
     text = number(value, digits)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
-from aerosid.compatibility.remedies import AIRSPEED, FACTORS, OFFSETS
+from aerosid.compatibility.remedies import AIRSPEED, FACTORS, HEIGHT, OFFSETS
 from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.compatibility.window_fit import FIRST_ROUND, QUICK, WindowFitSettings, fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
@@ -155,9 +155,7 @@ def _height_unit(
     tolerated, bend the path as far as a factor of 3.28 asks.
     """
     before = {name: fraction for name, (fraction, _) in misfits.items()}
-    for factor, remedy in FACTORS["m"]:
-        if factor < 0.0:
-            continue
+    for factor, remedy in HEIGHT:
         changed = _with_channel(windows, "h", factor * windows.channel("h"))
         after = _misfits_if_near(changed, settings, lambda first: first["h"][0] < settings.doubtful)
         if after is None or after["h"][0] >= settings.vanishes or _contradicting_outputs(changed, settings, after):

@@ -38,16 +38,18 @@ def _airspeed_units(largest_scale: float) -> tuple[tuple[float, str], ...]:
 AIRSPEED = _airspeed_units(ContradictionSettings().largest_scale)
 """Usual errors of airspeed: factors to be applied to the recorded values, and words."""
 
+HEIGHT = (
+    (0.3048, "if its values are feet and not metres"),
+    (1.0 / 0.3048, "if its values are metres and not feet"),
+)
+"""Usual errors of altitude: factors to be applied to the recorded values, and words."""
+
 FACTORS = {
     "rad": _ANGLE,
     "rad/s": _ANGLE,
     "m/s^2": _ACCELERATION,
     "m/s": AIRSPEED,
-    "m": (
-        SIGN,
-        (0.3048, "if its values are feet and not metres"),
-        (1.0 / 0.3048, "if its values are metres and not feet"),
-    ),
+    "m": (SIGN, *HEIGHT),
 }
 """Usual errors of channel maps, by unit: factors to be applied to the recorded values."""
 

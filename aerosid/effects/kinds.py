@@ -227,11 +227,16 @@ class ActiveEffect:
         return self.effect.ordinal if isinstance(self.effect, InputEffect) else 1
 
     @property
+    def key(self) -> tuple[str, str, int, str]:
+        """Kind, place, ordinal and log: which effect it is, whatever its values."""
+        return *self.name, self.ordinal, self.log
+
+    @property
     def identity(self) -> tuple[object, ...]:
         """What tells the effect with its values from others, also after it was sent between processes."""
         effect = self.effect
         order, axes = getattr(effect, "comes_first", False), getattr(effect, "axes", "")
-        return *self.name, self.ordinal, self.log, axes, order, self.values, self.held
+        return *self.key, axes, order, self.values, self.held
 
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:

@@ -54,8 +54,8 @@ from aerosid.equation_error.selection.near_significant import (
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, Name, effects_of
 from aerosid.equation_error.selection.regressor_errors import (
     RegressorErrors,
+    adopted_values,
     changes_of_fit,
-    instrumental_values,
     regressor_errors,
     with_instrumental_values,
     with_regressor_errors,
@@ -191,7 +191,7 @@ def decide(
     listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
     omitted = _omitted(errors, identified, structure, search, listed)
     averaged = averaged_covariance(regressed, covariance, fitted_estimate, alternatives, derivatives, omitted)
-    reported = with_values(fitted_estimate, instrumental_values(biased))
+    reported = with_values(fitted_estimate, adopted_values(biased))
     return EquationErrorDecision(
         findings=findings,
         alternatives=alternatives,
@@ -310,7 +310,7 @@ def _significant(
         added = {entry for each in structure.chosen for entry in each.hypothesis.entries}
         biased = regressor_errors(fitted.estimate, added)
         covariance = with_regressor_errors(covariance, fitted.estimate, biased)
-        completed = with_values(regressed, instrumental_values(biased))
+        completed = with_values(regressed, adopted_values(biased))
         findings = effect_estimates(completed, covariance, (*identified.chosen, *structure.chosen))
         insignificant = least_significant_of(findings, structure.chosen, search.fitted.settings.deviations)
         if insignificant is None:

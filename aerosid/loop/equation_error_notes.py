@@ -14,7 +14,7 @@ from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.manoeuvres.record import runs
+from aerosid.logs.stamps import holes
 from aerosid.notation import listed, number, si_unit, with_deviation
 from aerosid.search.findings import named
 
@@ -71,9 +71,6 @@ def note_on_near_significant(row: NearSignificant) -> str:
 BRIDGED = 0.3
 """Numerical: s of a hole from which it is noted: half a period at the band of usual short periods."""
 
-RAREST = 5
-"""Numerical: sampling intervals of a channel, which may be slower than the log, from which a gap is a hole."""
-
 NOTED_SCALE = 0.005
 """Display: relative part of a standard error from which the vane's scale factor is noted."""
 
@@ -89,10 +86,9 @@ def notes_on_bridged_holes(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
         time = manoeuvre.flight.time
         for name in manoeuvre.outputs:
             missing = ~np.isfinite(manoeuvre.measured(name))
-            least = max(BRIDGED, RAREST * float(np.median(np.diff(time[~missing]))))
-            for first, last in runs(missing):
-                begun, ended = float(time[max(first - 1, 0)]), float(time[min(last + 1, time.size - 1)])
-                if first > 0 and last + 1 < time.size and ended - begun > least:
+            for begun, ended in holes(time[~missing]):
+                # A gap of the whole record is no hole of a channel.
+                if ended - begun > BRIDGED and missing[np.searchsorted(time, begun) + 1]:
                     found.append(
                         f"{manoeuvre.name}: {name} has a hole from {begun:.2f} to {ended:.2f} s, which the equations "
                         "bridge by a line; what is found may be due to that. Choose a span without it, with --from and "

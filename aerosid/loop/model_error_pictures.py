@@ -63,8 +63,8 @@ def model_error_pictures(
     """
     chosen = found.terms
     structure = (*found.before.free, *chosen)
-    known_before = {(active.name, active.ordinal, active.log) for active in found.before.effects}
-    further = [a for a in found.completed.effects if (a.name, a.ordinal, a.log) not in known_before]
+    known_before = {active.key for active in found.before.effects}
+    further = [active for active in found.completed.effects if active.key not in known_before]
     smoothed = begun(lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen, further))
     try:
         deficient = declared_chain() if declared_chain is not None else None

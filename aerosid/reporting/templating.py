@@ -57,7 +57,7 @@ def page_environment(folder: Path) -> Environment:
         number=notation.number,
         deviation=notation.with_deviation,
         p_value=notation.p_value,
-        hundredths=lambda value: f"{round(value, 2) + 0.0:.2f}".replace("-", "−"),
+        hundredths=lambda value: notation.decimals(value, 2),
         ratio=words.ratio,
         share=notation.share,
         symbol=symbol_html,

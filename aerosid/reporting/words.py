@@ -7,6 +7,7 @@ import re
 from typing import NamedTuple
 
 from aerosid.effects import KINDS
+from aerosid.effects.names import listed_name
 from aerosid.errors import AircraftError
 from aerosid.flight_model.terms import Factor, parse_term
 from aerosid.loop.effect_rows import Effect
@@ -111,10 +112,7 @@ def effect_name(effect: Effect) -> str:
     """The effect as an entry of a list: `C_m alpha^2`, `control lag of delta_e`, `vertical turbulence`."""
     if effect.kind == "aero_term":
         return f"{effect.where} {effect.term}"
-    kind = effect.kind.replace("_", " ")
-    if effect.where:
-        return f"{kind} of {effect.where}{_along(effect)}"
-    return KINDS[effect.kind].short_name if effect.kind in KINDS else kind
+    return f"{listed_name(effect.kind, effect.where)}{_along(effect)}"
 
 
 def _along(effect: Effect) -> str:

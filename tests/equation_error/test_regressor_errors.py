@@ -19,7 +19,6 @@ from aerosid.equation_error.selection.cross_validation import fits_of
 from aerosid.equation_error.selection.regressor_errors import (
     ComparedDerivative,
     RegressorErrors,
-    instrumental_values,
     regressor_errors,
     with_instrumental_values,
     with_regressor_errors,
@@ -115,7 +114,7 @@ def test_what_predicts_the_other_record_worse_is_not_reported_in_place_of_least_
         found = replace(found, problem=replace(found.problem, settings=settings))
         compared = as_compared(found.problem)
         for row in regressor_errors(found, ()):
-            moved = with_values(found, instrumental_values([replace(row, adopted=True)]))
+            moved = with_values(found, row.values)
             fits = zip(fits_of(compared, found), fits_of(compared, moved), strict=True)
             (gain,) = (b.r2 - a.r2 for a, b in fits if a.coefficient == row.coefficient and not a.fitted)
             assert row.adopted is (gain > -settings.least_rise)

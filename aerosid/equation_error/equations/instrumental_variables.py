@@ -50,7 +50,7 @@ def instrumental_variables(
     if not any(_moving_controls(recording) for recording in recordings):
         return (None,) * len(recordings)
     trials = [
-        [_orthonormal(recording.band(_functions(recording, settings, time))) for recording in recordings]
+        [orthonormal(recording.band(_functions(recording, settings, time))) for recording in recordings]
         for time in settings.laguerre_times
     ]
     explained = np.zeros(len(trials))
@@ -82,7 +82,8 @@ def _moving_controls(recording: Recording) -> list[Array]:
     return [values for name, values in controls if name.startswith(CONTROLS) and float(np.ptp(values)) > 0.0]
 
 
-def _orthonormal(functions: Array) -> Array:
+def orthonormal(functions: Array) -> Array:
+    """Orthonormal basis (N, k) of what some functions (N, K) of any size span."""
     size = np.linalg.norm(functions, axis=0)
     left, singular, _ = np.linalg.svd(functions[:, size > 0.0] / size[size > 0.0], full_matrices=False)
     return np.asarray(left[:, singular > 1e-6 * singular[0]])

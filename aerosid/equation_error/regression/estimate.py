@@ -318,7 +318,7 @@ def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None
     """
     design = problem.design(point)
     solution = regress(design, problem.settings, weights)
-    moved = _with_terms(point, design, solution.values)
+    moved = with_terms(point, design, solution.values)
     has_lift = any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries))
     if not has_lift and not _errors_act_by_terms(problem, design):
         return moved, design, solution
@@ -326,7 +326,7 @@ def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None
         before = moved.model.values
         design = problem.design(moved)
         solution = regress(design, problem.settings, solution.weights)
-        moved = _with_terms(moved, design, solution.values)
+        moved = with_terms(moved, design, solution.values)
         change = np.abs(moved.model.values - before)
         if np.all(change <= SETTLED * np.maximum(np.abs(before), 1e-12)):
             break
@@ -358,22 +358,22 @@ def _stepped(
     """
     start = solve(design, full.weights)
     if _errors_act_by_terms(problem, design):
-        start = solve(problem.design(_with_terms(point, design, full.values[: len(design.unknowns)])), full.weights)
+        start = solve(problem.design(with_terms(point, design, full.values[: len(design.unknowns)])), full.weights)
     share = 1.0
     for _ in range(HALVINGS):
         effects = list(point.effects)
         for (i, k), change in zip(free, step, strict=True):
             effects[i] = effects[i].perturbed(k, share * float(change))
-        trial = _with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
+        trial = with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
         fresh = problem.design(trial)
         if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:
             solved = regress(fresh, problem.settings, full.weights)
-            return _with_terms(trial, fresh, solved.values), fresh, solved
+            return with_terms(trial, fresh, solved.values), fresh, solved
         share *= 0.4
     return None, design, start
 
 
-def _with_terms(point: Point, design: Design, values: Array) -> Point:
+def with_terms(point: Point, design: Design, values: Array) -> Point:
     """The point with the regression's values of its terms; of a constant the mean over records."""
     changed = np.array(point.model.values)
     constants: dict[Entry, list[float]] = {}

@@ -124,11 +124,18 @@ def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit
     return tuple(rows)
 
 
+def rises(
+    before: Sequence[CoefficientFit], after: Sequence[CoefficientFit], coefficient: str
+) -> list[tuple[bool, float]]:
+    """Whether each record is fitted, and by how much R^2 of the coefficient rises on it."""
+    return [(b.fitted, b.r2 - a.r2) for a, b in zip(before, after, strict=True) if a.coefficient == coefficient]
+
+
 def lowers_fit(
     before: Sequence[CoefficientFit], after: Sequence[CoefficientFit], coefficient: str, least: float
 ) -> bool:
     """Whether R^2 of a coefficient falls on the identification records, by more than `least`, and rises on no other."""
-    changes = [(b.fitted, b.r2 - a.r2) for a, b in zip(before, after, strict=True) if a.coefficient == coefficient]
+    changes = rises(before, after, coefficient)
     fitted, others = ([change for own, change in changes if own is which] for which in (True, False))
     return bool(fitted) and max(fitted) < -least and max(others, default=0.0) <= 0.0
 

@@ -91,19 +91,22 @@ class DampingCollinearity:
     @property
     def parts(self) -> tuple[float, float]:
         """C_m q_hat without the usual alphadot derivatives, the smaller size first."""
-        own = sorted((self.value / (1.0 + self.aliased * ratio) for ratio in USUAL), key=abs)
-        return own[0], own[1]
+        least, most = sorted(map(self._alone, USUAL), key=abs)
+        return least, most
 
     def changes(self, other: AliasedDerivative) -> tuple[float, float]:
         """Part of another derivative that the usual alphadot derivatives are, the smaller size first."""
-        sizes = (ratio * self.value / (1.0 + self.aliased * ratio) for ratio in USUAL)
-        least, most = sorted((other.aliased * size for size in sizes), key=abs)
+        least, most = sorted((other.aliased * ratio * self._alone(ratio) for ratio in USUAL), key=abs)
         return least, most
 
     @property
     def beyond_errors(self) -> tuple[AliasedDerivative, ...]:
         """The others that the largest usual alphadot derivative changes by more than their standard errors."""
         return tuple(other for other in self.others if abs(self.changes(other)[1]) > other.std_error)
+
+    def _alone(self, ratio: float) -> float:
+        """C_m q_hat without an alphadot derivative of that ratio to it."""
+        return self.value / (1.0 + self.aliased * ratio)
 
 
 def damping_collinearity(found: Estimate, covariance: Array) -> DampingCollinearity | None:

@@ -154,10 +154,8 @@ def criterion_for(
 
 def effects_of(point: Point, hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
     """The effects of a hypothesis with their parameter values at a point."""
-    names = {(active.name, active.ordinal, active.log) for active in hypothesis.effects}
-    return tuple(
-        active for active in point.effects if active.values and (active.name, active.ordinal, active.log) in names
-    )
+    keys = {active.key for active in hypothesis.effects}
+    return tuple(active for active in point.effects if active.values and active.key in keys)
 
 
 def joint_penalty(criterion: SelectionCriterion, point: Point, hypotheses: Sequence[Hypothesis]) -> float:

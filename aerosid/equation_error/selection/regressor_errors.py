@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from aerosid.effects.kinds import InputEffect
-from aerosid.equation_error.equations.instrumental_variables import CONTROLS, instrumental_variables
+from aerosid.equation_error.equations.instrumental_variables import CONTROLS, instrumental_variables, orthonormal
 from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.design import Design, Solution, solve
-from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.estimate import Estimate, with_terms
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.related_problems import as_compared
 from aerosid.equation_error.regression.standard_errors import corrected_covariance, covariance_of_scores
-from aerosid.equation_error.selection.cross_validation import fits_of
+from aerosid.equation_error.selection.cross_validation import fits_of, rises
 from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.axes import LONGITUDINAL
@@ -86,6 +86,11 @@ class RegressorErrors:
     constants: Mapping[Unknown, float]
     adopted: bool = False
 
+    @property
+    def values(self) -> dict[Unknown, float]:
+        """Derivatives and constants by instrumental variables."""
+        return {each.unknown: each.instrumental for each in self.derivatives} | dict(self.constants)
+
 
 def regressor_errors(found: Estimate, added: Collection[Entry]) -> tuple[RegressorErrors, ...]:
     """The coefficients whose derivatives are biased by errors in the regressors; none where no control moves.
@@ -113,34 +118,24 @@ def with_instrumental_values(found: Estimate, biased: Collection[str]) -> Estima
     biased : collection of str
         The coefficients.
     """
-    rows = [row for row in _by_coefficient(found) if row.coefficient in biased] if biased else []
-    return with_values(found, instrumental_values([replace(row, adopted=True) for row in rows]))
+    rows = _by_coefficient(found) if biased else []
+    return with_values(found, adopted_values([replace(row, adopted=row.coefficient in biased) for row in rows]))
 
 
-def instrumental_values(rows: Sequence[RegressorErrors]) -> dict[Unknown, float]:
+def adopted_values(rows: Sequence[RegressorErrors]) -> dict[Unknown, float]:
     """Derivatives and constants of the coefficients whose estimate by instrumental variables is adopted."""
-    values: dict[Unknown, float] = {}
-    for row in (row for row in rows if row.adopted):
-        values |= {each.unknown: each.instrumental for each in row.derivatives} | dict(row.constants)
-    return values
+    return {unknown: value for row in rows if row.adopted for unknown, value in row.values.items()}
 
 
 def with_values(found: Estimate, values: Mapping[Unknown, float]) -> Estimate:
     """An estimate with other values of some derivatives and constants."""
     if not values:
         return found
-    all_values = found.solution.values.copy()
+    changed = found.solution.values.copy()
     for unknown, value in values.items():
-        all_values[found.design.unknowns.index(unknown)] = value
-    model = np.array(found.point.model.values)
-    for unknown, value in values.items():
-        if unknown[0] == "term":
-            model[found.point.model.index(unknown[1])] = value  # type: ignore[arg-type]
-    for entry in {unknown[1] for unknown in values if unknown[0] == "one"}:
-        of_records = [value for unknown, value in values.items() if unknown[:2] == ("one", entry)]
-        model[found.point.model.index(entry)] = float(np.mean(of_records))  # type: ignore[arg-type]
-    point = replace(found.point, model=found.point.model.with_values(model))
-    return replace(found, point=point, solution=replace(found.solution, values=all_values))
+        changed[found.design.unknowns.index(unknown)] = value
+    point = with_terms(found.point, found.design, changed)
+    return replace(found, point=point, solution=replace(found.solution, values=changed))
 
 
 def with_regressor_errors(covariance: Array, found: Estimate, biased: Sequence[RegressorErrors]) -> Array:
@@ -170,8 +165,7 @@ def with_regressor_errors(covariance: Array, found: Estimate, biased: Sequence[R
 def changes_of_fit(found: Estimate, other: Estimate, coefficient: str) -> list[tuple[bool, float]]:
     """Rise of R^2 of a coefficient on each record from one estimate to the other, and whether the record is fitted."""
     compared = as_compared(found.problem)
-    pairs = zip(fits_of(compared, found), fits_of(compared, other), strict=True)
-    return [(old.fitted, new.r2 - old.r2) for old, new in pairs if old.coefficient == MAINLY[coefficient]]
+    return rises(fits_of(compared, found), fits_of(compared, other), MAINLY[coefficient])
 
 
 def _by_coefficient(found: Estimate) -> list[RegressorErrors]:
@@ -187,7 +181,7 @@ def _by_coefficient(found: Estimate) -> list[RegressorErrors]:
         basis = of_records[index]
         if basis is None:
             return []
-        bases.append(_orthonormal(basis, design.columns[design.rows(s)][:, exogenous]))
+        bases.append(orthonormal(np.column_stack([basis, design.columns[design.rows(s)][:, exogenous]])))
     projected = replace(design, instruments=tuple(bases), declared=None)
     solution = solve(projected, found.solution.weights)
     covariance = corrected_covariance(projected, solution)
@@ -208,14 +202,6 @@ def _exogenous(found: Estimate) -> list[int]:
         return unknown[0] in ("one", "drift", "gust")
 
     return [p for p, unknown in enumerate(found.design.unknowns) if is_exogenous(unknown)]
-
-
-def _orthonormal(basis: Array, exogenous: Array) -> Array:
-    """Orthonormal basis (n, K) of the instruments and the exogenous columns of a segment."""
-    both = np.column_stack([basis, exogenous])
-    size = np.linalg.norm(both, axis=0)
-    left, singular, _ = np.linalg.svd(both[:, size > 0.0] / size[size > 0.0], full_matrices=False)
-    return np.asarray(left[:, singular > 1e-6 * singular[0]])
 
 
 def _covariance_of_difference(design: Design, regressed: Solution, instrumental: Solution) -> Array:
@@ -275,7 +261,6 @@ def _is_adopted(found: Estimate, row: RegressorErrors, added: Collection[Entry])
     least = settings.deviations
     if any(each.entry in added and abs(each.instrumental) < least * each.std_error for each in row.derivatives):
         return False
-    other = with_values(found, instrumental_values([replace(row, adopted=True)]))
-    changes = changes_of_fit(found, other, row.coefficient)
+    changes = changes_of_fit(found, with_values(found, row.values), row.coefficient)
     unseen = [change for fitted, change in changes if not fitted] or [change for _, change in changes]
     return min(unseen) > -settings.least_rise

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import KINDS, ActiveEffect, frozen
+from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.disturbance import unmodelled_forces
 from aerosid.effects.kinds import NoiseEffect, OutputEffect, PositionEffect
+from aerosid.effects.names import listed_name
 from aerosid.effects.step_change import offset_column
 from aerosid.estimation.effect_columns import with_offsets
 from aerosid.estimation.effects_in_flight import OutOfRangeError
@@ -296,8 +297,4 @@ def smoothed_histories(
 
 def _names(effects: Iterable[ActiveEffect]) -> tuple[str, ...]:
     """The effects in the names of the files, each once: `control lag of delta_r`."""
-    pairs = dict.fromkeys(active.name for active in effects)
-    return tuple(
-        f"{kind.replace('_', ' ')} of {where}" if where or kind not in KINDS else KINDS[kind].short_name
-        for kind, where in pairs
-    )
+    return tuple(dict.fromkeys(listed_name(*active.name) for active in effects))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aerosid.notation import plain
+from aerosid.notation import decimals, plain
 from aerosid.reporting.figures.chart import Axis, Chart, FloatArray, Limits, Mark, Panel
 
 WIDTH = 540.0
@@ -229,7 +229,7 @@ def tick_texts(values: Sequence[float]) -> list[str]:
     places = next((n for n in range(12) if all(abs(round(value, n) - value) < nearest for value in values)), 12)
     if places > MOST_PLACES:
         return [plain(value, 3) for value in values]
-    return [f"{round(value, places) + 0.0:.{places}f}".replace("-", "−") for value in values]
+    return [decimals(value, places) for value in values]
 
 
 def limits_around(reference: FloatArray, *others: FloatArray) -> Limits:

@@ -17,7 +17,7 @@ from aerosid.loop.next_flight.flight_limits import RANGES
 from aerosid.loop.next_flight.planned_flight import PlannedInput, PlannedPeak, Question
 from aerosid.loop.next_flight.predicted_flight import SURFACES
 from aerosid.loop.result import ClosedLoop
-from aerosid.notation import MISSING, number
+from aerosid.notation import MISSING, decimals, number
 from aerosid.reporting.figures.numbered import FigureBook
 from aerosid.reporting.flight_condition import FOOT, KNOT
 from aerosid.reporting.words import shown_unit
@@ -105,12 +105,7 @@ def _load_factor(planned: PlannedInput, start: float, end: float, stick: str) ->
         return MISSING
     load = -history.chosen[inside] / GRAVITY
     extreme = float(np.min(load) if stick == "push" else np.max(load))
-    return _decimals(extreme, 1)
-
-
-def _decimals(value: float, places: int) -> str:
-    """The number with so many decimals; what rounds to zero has no sign."""
-    return f"{round(value, places) + 0.0:.{places}f}".replace("-", "−")
+    return decimals(extreme, 1)
 
 
 def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
@@ -122,7 +117,7 @@ def _limit(peak: PlannedPeak, altitude: float) -> dict[str, str]:
         if peak.name == "V":
             return number(calibrated_airspeed(value, altitude) / KNOT, 3)
         places = _PLACES.get(peak.name, 1)
-        return _decimals(shown_unit(peak.unit).factor * value, places)
+        return decimals(shown_unit(peak.unit).factor * value, places)
 
     speed = peak.name == "V"
     bounded = peak.limit_low is not None and peak.limit_high is not None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from aerosid.notation import decimals
+
 
 @dataclass(frozen=True)
 class TableView:
@@ -29,8 +31,7 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 def number(value: float | None, digits: int = 6, given: str = "given") -> str:
     """A number with so many decimals, or the word for None."""
-    # Adding zero turns a rounded -0.0 into 0.0.
-    return given if value is None else f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
+    return given if value is None else decimals(value, digits)
 
 
 def scientific(value: float) -> str:
