@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refutation
-from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.declared_values import DeclaredValues
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
-from aerosid.equation_error.regression.related_problems import compared_with
+from aerosid.equation_error.regression.related_problems import coefficients_of_all, compared_with
 from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
@@ -69,7 +68,7 @@ def selected_jointly(
     """
     start, settings = errors.start, identified.estimate.problem.settings
     sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
-    whole = RegressionProblem(identified.estimate.problem.recordings, COEFFICIENT, settings, all_fitted=True)
+    whole = coefficients_of_all(identified.estimate.problem.recordings, settings, start.model)
     declared = estimate(whole, with_errors_held(start, identified.estimate.point.effects))
     likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors, log)
     if likelier is not identified:

@@ -40,9 +40,10 @@ def regressed_without(found: Estimate, block: Block) -> np.ndarray:
             keep[start + block.first : min(start + block.stop + 4, design.rows(s).stop)] = False
     slopes = found.solution.slopes
     y = found.solution.whitened + slopes @ found.solution.values
-    prior = design.precisions > 0.0
-    rows = np.vstack([slopes[keep], np.diag(design.precisions)[prior]])
-    return np.linalg.lstsq(rows, np.append(y[keep], np.zeros(prior.sum())), rcond=None)[0]
+    prior, expected = design.precisions > 0.0, design.expected
+    assert expected is not None
+    rows = np.vstack([slopes[keep], np.diag(design.precisions)[prior], expected.among(slopes.shape[1])])
+    return np.linalg.lstsq(rows, np.concatenate([y[keep], np.zeros(prior.sum()), expected.values]), rcond=None)[0]
 
 
 def test_the_deletion_formula_matches_a_regression_without_the_block() -> None:

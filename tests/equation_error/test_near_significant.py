@@ -34,7 +34,7 @@ def test_a_near_significant_term_is_reported_with_its_value() -> None:
     assert (without_it.recording, without_it.coefficient) == ("b", "C_Z")
     assert with_it.r2 > without_it.r2
     text = note_on_near_significant(row)
-    assert text.startswith("Near-significant: C_Z V_hat of 0.092 ± 0.019 gains 9.8 in ln L; ")
+    assert text.startswith("Near-significant: C_Z V_hat of 0.092 ± 0.019 gains 9.7 in ln L; ")
     assert "; the penalty for the number of hypotheses is 12" in text
     assert "C_Z V_hat^2 fits nearly as well" in text
 

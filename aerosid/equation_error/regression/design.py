@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri
 
 from aerosid.equation_error.equations.channels import HEIGHT, KINEMATIC, LATERAL_PATHS
 from aerosid.equation_error.equations.instrumental_variables import TRENDS
@@ -20,6 +19,8 @@ from aerosid.equation_error.regression.coloured_regression import (
     whitened_segments,
 )
 from aerosid.equation_error.regression.declared_values import DeclaredUnknowns
+from aerosid.equation_error.regression.expected_values import ExpectedValues
+from aerosid.equation_error.regression.inverse_information import inverse_of_shown
 from aerosid.equation_error.regression.residual_colours import Coloured, ColourGroups, coloured
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import CONSTANT
@@ -49,6 +50,8 @@ class Design:
         Instrumental variables that span the space in which each segment is compared; None for all of it.
     declared : DeclaredUnknowns, optional
         Unknowns with a-priori values, whose disagreement with the estimates reduces ln L.
+    expected : ExpectedValues, optional
+        A-priori relations between unknowns, which inform the estimates.
     """
 
     segments: tuple[tuple[int, str], ...]
@@ -61,6 +64,7 @@ class Design:
     floors: Array
     instruments: tuple[Array | None, ...]
     declared: DeclaredUnknowns | None = None
+    expected: ExpectedValues | None = None
 
     def rows(self, segment: int) -> slice:
         """The rows of a segment."""
@@ -102,18 +106,30 @@ class Design:
             self.floors,
             self.instruments,
             self.declared,
+            self.expected,
         )
 
     def without(self, unknowns: Collection[Unknown]) -> Design:
         """The design without some unknowns, compared with no declared values."""
-        kept = [p for p, unknown in enumerate(self.unknowns) if unknown not in unknowns]
+        removed = {p for p, unknown in enumerate(self.unknowns) if unknown in unknowns}
+        kept = [p for p in range(len(self.unknowns)) if p not in removed]
         return replace(
             self,
             columns=np.ascontiguousarray(self.columns[:, kept]),
             unknowns=tuple(self.unknowns[p] for p in kept),
             precisions=self.precisions[kept],
             declared=None,
+            expected=None if self.expected is None else self.expected.without(removed),
         )
+
+    @property
+    def prior_information(self) -> Array:
+        """Inverse covariance of the unknowns by all prior knowledge but declared values, (P, P)."""
+        information = np.diag(self.precisions**2)
+        if self.expected is not None:
+            rows = self.expected.among(len(self.unknowns))
+            information += rows.T @ rows
+        return information
 
 
 @dataclass(frozen=True)
@@ -264,18 +280,22 @@ def solve(design: Design, weights: Weights) -> Solution:
     white = whiten(design, np.column_stack([design.target, design.columns]), weights)
     bases = whitened_instruments(design, weights)
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
-    gram, information = x.T @ x + np.diag(design.precisions**2), x.T @ y
+    gram, information = x.T @ x + design.prior_information, x.T @ y
+    if design.expected is not None:
+        information += design.expected.among(information.size).T @ design.expected.values
     if design.declared is not None and design.declared.inform:
         places, precisions = design.declared.places, design.declared.precisions
         gram[places, places] += precisions
         information[places] += precisions * design.declared.values
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     scales = np.outer(scale, scale)
-    covariance = _inverse(gram / scales) / scales
+    covariance = inverse_of_shown(gram / scales) / scales
     values = covariance @ information
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
     penalty = 0.5 * float(np.sum((design.precisions * values) ** 2))
+    if design.expected is not None:
+        penalty += design.expected.disagreement(values)
     if design.declared is not None:
         penalty += design.declared.disagreement(values, covariance)
     return Solution(
@@ -288,29 +308,6 @@ def solve(design: Design, weights: Weights) -> Solution:
         x,
         penalty,
     )
-
-
-def _inverse(correlation: Array) -> Array:
-    """The inverse (P, P) without the unidentifiable directions, whose eigenvalue is below 1e-10.
-
-    The inverse's trace is the sum of the eigenvalues' inverses: where it is below 1e10, all are above, and Cholesky's
-    factor is sufficient. Of an unknown without a column all elements are zero.
-    """
-    has_column = np.diag(correlation) > 0.0
-    if not has_column.all():
-        whole = np.zeros_like(correlation)
-        whole[np.ix_(has_column, has_column)] = _inverse(correlation[np.ix_(has_column, has_column)])
-        return whole
-    factor, failed = dpotrf(correlation)
-    if not failed:
-        inverse, failed = dpotri(factor)
-        if not failed and float(np.trace(inverse)) < 1e10:
-            whole = inverse + inverse.T  # of which LAPACK writes the upper half
-            np.fill_diagonal(whole, np.diag(inverse))
-            return np.asarray(whole)
-    eigenvalues, vectors = np.linalg.eigh(correlation)
-    shown = np.where(eigenvalues > 1e-10, 1.0 / np.maximum(eigenvalues, 1e-10), 0.0)
-    return np.asarray((vectors * shown) @ vectors.T)
 
 
 def log_likelihoods(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.gust_response import GustResponse
 from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.declared_values import DeclaredValues
@@ -24,6 +25,7 @@ from aerosid.equation_error.regression.design import (
     solve,
     uses_no_instruments,
 )
+from aerosid.equation_error.regression.expected_values import gust_responses_among
 from aerosid.equation_error.regression.gain import gain_over
 from aerosid.equation_error.regression.parameter_limits import free_parameters, solved_within_limits
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -56,7 +58,7 @@ class RegressionProblem:
     """Some equations of some records, with the settings of their regression.
 
     `all_fitted`: whether coefficients are regressed on the validation records too. `declared`: a-priori values of
-    derivatives, with which estimates may disagree.
+    derivatives, with which estimates may disagree. `gust_responses`: a-priori responses of coefficients to gusts.
     """
 
     recordings: tuple[Recording, ...]
@@ -64,6 +66,7 @@ class RegressionProblem:
     settings: EquationErrorSettings
     all_fitted: bool = False
     declared: DeclaredValues | None = None
+    gust_responses: Mapping[str, GustResponse] = field(default_factory=dict)
 
     @cached_property
     def _equations(self) -> Equations:
@@ -85,15 +88,16 @@ class RegressionProblem:
         """The regression at a point. Kinematic equations have the same columns at all points, and are stacked once."""
         segments = self.segments(point)
         if any(each.equation in COEFFICIENT for each in segments):
-            return self.compared_with_declared(design_of(segments, self.settings))
+            return self.with_prior_knowledge(design_of(segments, self.settings))
         names = tuple((each.recording, each.equation) for each in segments)
         if names not in self._kinematic:
             self._kinematic[names] = design_of(segments, self.settings)
         return replace(self._kinematic[names], target=np.concatenate([each.target for each in segments]))
 
-    def compared_with_declared(self, design: Design) -> Design:
-        """A design with those of its unknowns that have an a-priori value."""
-        return design if self.declared is None else replace(design, declared=self.declared.among(design.unknowns))
+    def with_prior_knowledge(self, design: Design) -> Design:
+        """A design with the a-priori values of its unknowns and of their relations."""
+        declared = None if self.declared is None else self.declared.among(design.unknowns)
+        return replace(design, declared=declared, expected=gust_responses_among(self.gust_responses, design.unknowns))
 
     @cached_property
     def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:

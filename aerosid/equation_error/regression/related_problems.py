@@ -1,14 +1,27 @@
-"""An estimate carried over to problems with other records, settings or declared values."""
+"""The coefficient equations of all records, and an estimate carried over to problems with other ones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
 
+from aerosid.equation_error.equations.channels import COEFFICIENT
+from aerosid.equation_error.equations.gust_response import expected_gust_responses
 from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.design import Weights
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+
+
+def coefficients_of_all(
+    recordings: tuple[Recording, ...], settings: EquationErrorSettings, declared: AerodynamicModel
+) -> RegressionProblem:
+    """The coefficient equations of all records, with the responses to gusts that a declared model lets expect."""
+    responses = expected_gust_responses(declared)
+    return RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True, gust_responses=responses)
 
 
 def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> Estimate:

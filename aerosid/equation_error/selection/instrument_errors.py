@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor_position import farthest_place
-from aerosid.equation_error.equations.channels import COEFFICIENT, HEIGHT, KINEMATIC, VANE_OF
+from aerosid.equation_error.equations.channels import HEIGHT, KINEMATIC, VANE_OF
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import has_inertial_path, read_recordings
 from aerosid.equation_error.regression.design import whiten
@@ -25,6 +25,7 @@ from aerosid.equation_error.regression.estimate import (
     linear_values,
 )
 from aerosid.equation_error.regression.parameter_limits import free_parameters
+from aerosid.equation_error.regression.related_problems import coefficients_of_all
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.candidates import (
@@ -173,7 +174,7 @@ def identify_instrument_errors(
     testable = tuple(with_plausible_limits(h, model.constants.mean_chord) for h in all_hypotheses if is_testable(h))
     start = Point(model, tuple(free), tuple(given))
     problem = RegressionProblem(recordings, KINEMATIC, settings)
-    coefficients = CoefficientCheck(RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True), start)
+    coefficients = CoefficientCheck(coefficients_of_all(recordings, settings, model), start)
     error_free = initial = SelectedStructure(estimate(problem, start), ())
     while True:
         samples, alarm = error_free.estimate.design.target.size, settings.alarm(model.axes)

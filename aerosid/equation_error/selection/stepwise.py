@@ -379,14 +379,7 @@ def recordings_agree(found: Estimate, hypothesis: Hypothesis) -> bool:
     for s, (recording, _) in enumerate(found.design.segments):
         rows = found.design.rows(s)
         split[rows, recordings.index(recording)] = column[rows]
-    protected = [p for p in range(len(found.design.unknowns)) if p != indices[0]]
-    reduced = replace(
-        found.design,
-        columns=found.design.columns[:, protected],
-        unknowns=tuple(found.design.unknowns[p] for p in protected),
-        precisions=found.design.precisions[protected],
-        declared=None,
-    )
+    reduced = found.design.without({found.design.unknowns[indices[0]]})
     wide = reduced.extended(split, [("alone", recording) for recording in recordings])
     solved = solve(wide, found.solution.weights)
     covariance = corrected_covariance(wide, solved)[-len(recordings) :, -len(recordings) :]

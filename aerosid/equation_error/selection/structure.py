@@ -113,7 +113,7 @@ def first_order_loss(selected: SelectedStructure, each: SelectedEffect) -> float
         deleted.extend(("effect", i, k) for k in range(len(active.values)))
         size = active.values[0] - active.effect.parameters[0].null
         target += size * found.design.columns[:, found.design.unknowns.index(("effect", i, 0))]
-    reduced = found.problem.compared_with_declared(replace(found.design.without(deleted), target=target))
+    reduced = found.problem.with_prior_knowledge(replace(found.design.without(deleted), target=target))
     return found.log_likelihood - regress(reduced, found.problem.settings, found.solution.weights).log_likelihood
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.equation_error.equations.gust_response import derivative_by_flow_angle
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 
@@ -15,20 +16,16 @@ Array = NDArray[np.float64]
 
 
 class GustSensors(NamedTuple):
-    """A vane, the force that responds to its gusts, and the terms of that response with their signs.
-
-    `kind`: of the effect, as in result.json.
-    """
+    """A vane and the force that responds to its gusts; `kind`: of the effect, as in result.json."""
 
     kind: str
     vane: str
     force: str
-    slopes: dict[tuple[str, str], float]
 
 
 GUST_SENSORS = (
-    GustSensors("gust", "alpha", "C_Z", {("C_Z", "alpha"): 1.0, ("C_L", "alpha"): -1.0}),
-    GustSensors("side_gust", "beta", "C_Y", {("C_Y", "beta"): 1.0}),
+    GustSensors("gust", "alpha", "C_Z"),
+    GustSensors("side_gust", "beta", "C_Y"),
 )
 
 
@@ -74,11 +71,8 @@ def gust_fraction(kinematic: Estimate, vane: str) -> float:
 
 def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> Turbulence | None:
     """The turbulence along one axis; None where vane and force do not agree."""
-    model, design = found.point.model, found.design
-    slope = sum(
-        sensors.slopes.get((coefficient, str(term)), 0.0) * value
-        for (coefficient, term), value in zip(model.entries, model.values, strict=True)
-    )
+    design = found.design
+    slope = derivative_by_flow_angle(sensors.force, found.point.model)
     if slope == 0.0 or ("gust", sensors.force) not in design.unknowns:
         return None
     index = design.unknowns.index(("gust", sensors.force))

@@ -1,0 +1,98 @@
+"""A-priori response of a coefficient to the difference of its vane from the path.
+
+A gust changes the flow angle, and the coefficients respond by their derivatives with respect to it; to the noise of the
+vane nothing responds. The regression of a coefficient on the vane's difference from the path is therefore between zero,
+in calm air, and the derivative, in gusts that are large compared with the vane's noise. In calm air the difference
+contains the errors of the path, which damping resembles: where the record alone determined the response, C_m responded
+to the Twin Otter's vane with the opposite sign of its derivative, twice as large, and C_m q_hat was -30.6; without a
+response it is -34.2 (published: -36). So the response has an a-priori value, half the derivative, and a standard
+deviation of as much. In gusts a record is far more accurate than that and determines it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.terms import parse_term
+
+BY_FLOW_ANGLE: Mapping[str, Mapping[Entry, float]] = {
+    "C_Z": {("C_Z", parse_term("alpha")): 1.0, ("C_L", parse_term("alpha")): -1.0},
+    "C_m": {("C_m", parse_term("alpha")): 1.0},
+    "C_Y": {("C_Y", parse_term("beta")): 1.0},
+    "C_l": {("C_l", parse_term("beta")): 1.0},
+    "C_n": {("C_n", parse_term("beta")): 1.0},
+}
+"""Physical: signs of the derivatives by which the coefficients respond to a gust. C_X is not among them: it responds by
+the lift, which turns with the flow, more than by the drag, and is left to the record."""
+
+FORCE_OF = {"C_m": "C_Z", "C_l": "C_Y", "C_n": "C_Y"}
+"""The force of whose lever each moment is the product."""
+
+
+@dataclass(frozen=True)
+class GustResponseSettings:
+    """Width of what is expected; chosen, no other values were tried.
+
+    Attributes
+    ----------
+    share : float
+        Mean and standard deviation of the response as a fraction, 1, of the derivative: nothing and all of it are one
+        standard deviation away.
+    lever : float
+        Further standard deviation of a moment's response as a fraction, 1, of its force's derivative: a gust meets the
+        wing before the tail, and a twentieth of a chord is a usual static margin.
+    """
+
+    share: float = 0.5
+    lever: float = 0.05
+
+
+GUST_RESPONSE = GustResponseSettings()
+"""Of every regression."""
+
+
+@dataclass(frozen=True)
+class GustResponse:
+    """A-priori response of one coefficient to the vane's difference from the path.
+
+    Attributes
+    ----------
+    derivatives : mapping of Entry to (float, float)
+        Terms to which its mean is proportional: factor of each, and the declared value, which counts where the term is
+        not estimated.
+    deviation : float
+        Standard deviation, by the declared values.
+    """
+
+    derivatives: Mapping[Entry, tuple[float, float]]
+    deviation: float
+
+
+def derivative_by_flow_angle(coefficient: str, model: AerodynamicModel) -> float:
+    """Response of a coefficient to a gust by the model's linear derivatives, 1/rad; zero without one."""
+    return sum(factor * value for factor, value in _derivatives(coefficient, model).values())
+
+
+def expected_gust_responses(model: AerodynamicModel) -> dict[str, GustResponse]:
+    """The a-priori response of each coefficient of a declared model that has a derivative by the flow angle."""
+    found = {}
+    for coefficient in BY_FLOW_ANGLE:
+        derivatives, slope = _derivatives(coefficient, model), derivative_by_flow_angle(coefficient, model)
+        if slope == 0.0:
+            continue
+        by_lever = GUST_RESPONSE.lever * derivative_by_flow_angle(FORCE_OF.get(coefficient, ""), model)
+        found[coefficient] = GustResponse(
+            {entry: (GUST_RESPONSE.share * factor, value) for entry, (factor, value) in derivatives.items()},
+            float(np.hypot(GUST_RESPONSE.share * slope, by_lever)),
+        )
+    return found
+
+
+def _derivatives(coefficient: str, model: AerodynamicModel) -> dict[Entry, tuple[float, float]]:
+    """Sign and value of the model's terms among those by which a coefficient responds."""
+    signs = BY_FLOW_ANGLE.get(coefficient, {}).items()
+    return {entry: (sign, model.value(entry)) for entry, sign in signs if entry in model.places}

@@ -1,0 +1,55 @@
+"""A-priori relations between the unknowns of a regression: rows whose product with the unknowns has a known value."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.gust_response import GustResponse
+from aerosid.equation_error.equations.points import Unknown
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ExpectedValues:
+    """Relations of unit standard deviation: `rows` (K, P) times the first P unknowns have expected `values` (K,)."""
+
+    rows: Array
+    values: Array
+
+    def among(self, count: int) -> Array:
+        """The rows for `count` unknowns, of which the last are in no relation, (K, count)."""
+        return np.pad(self.rows, ((0, 0), (0, count - self.rows.shape[1])))
+
+    def without(self, removed: Collection[int]) -> ExpectedValues:
+        """The relations with some unknowns zero."""
+        rest = [p for p in range(self.rows.shape[1]) if p not in removed]
+        return ExpectedValues(np.ascontiguousarray(self.rows[:, rest]), self.values)
+
+    def disagreement(self, unknowns: Array) -> float:
+        """Reduction of ln L by values (P,) of the unknowns that differ from the expected ones."""
+        return 0.5 * float(np.sum((self.among(unknowns.size) @ unknowns - self.values) ** 2))
+
+
+def gust_responses_among(responses: Mapping[str, GustResponse], unknowns: Sequence[Unknown]) -> ExpectedValues | None:
+    """A-priori responses of coefficients to gusts as relations between the unknowns of a regression; None without any.
+
+    `responses`: by coefficient.
+    """
+    places = {unknown: p for p, unknown in enumerate(unknowns)}
+    expected = {places["gust", name]: each for name, each in responses.items() if ("gust", name) in places}
+    if not expected:
+        return None
+    rows, values = np.zeros((len(expected), len(unknowns))), np.zeros(len(expected))
+    for k, (place, response) in enumerate(expected.items()):
+        rows[k, place] = 1.0 / response.deviation
+        for entry, (factor, declared) in response.derivatives.items():
+            if ("term", entry) in places:
+                rows[k, places["term", entry]] = -factor / response.deviation
+            else:
+                values[k] += factor * declared / response.deviation
+    return ExpectedValues(rows, values)
