@@ -57,6 +57,9 @@ class BriefResponse(NamedTuple):
     responding: tuple[str, ...]
 
 
+STARTS = 12
+"""Numerical: frequencies, a fifth apart, from which the likeliest is the start of an oscillation's fit."""
+
 SHORT_PERIOD_TEST = BriefResponse(SHORT_PERIOD, "delta_e", (), SHORT_PERIOD_TOLERANCES, ("theta", "q"))
 BRIEF_RESPONSES = (
     SHORT_PERIOD_TEST,
@@ -198,8 +201,12 @@ def oscillation(time: FloatArray, values: FloatArray, period: float) -> Oscillat
     from scipy.optimize import least_squares  # not at the top: few histories contain an oscillation
 
     rate = 2.0 * math.pi / period
-    bounds = ([-0.5 * rate, 0.3 * rate], [2.0 * rate, 3.0 * rate])
-    fitted = least_squares(left, [0.02 * rate, rate], bounds=bounds, x_scale=[0.1 * rate, rate])
+    lowest, highest = 0.3 * rate, 3.0 * rate
+    # The likeliest of some frequencies: over three periods the sum of squares has a minimum at others too.
+    starts = np.geomspace(1.01 * lowest, 0.99 * highest, STARTS)
+    start = min(starts, key=lambda tried: float(np.sum(left(np.array([0.02 * rate, tried])) ** 2)))
+    bounds = ([-0.5 * rate, lowest], [2.0 * rate, highest])
+    fitted = least_squares(left, [0.02 * rate, start], bounds=bounds, x_scale=[0.1 * rate, rate])
     decay, found = (float(number) for number in fitted.x)
     if 2.0 * float(fitted.cost) > SIMULATOR_TESTS.fitted * float(np.sum((y - y.mean()) ** 2)):
         return None

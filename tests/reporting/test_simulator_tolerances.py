@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from problems_report import closed_loop, simulated
 
@@ -95,6 +95,7 @@ def test_two_manoeuvres_on_one_log_and_a_phugoid_between_them_are_found() -> Non
 
 
 @given(st.floats(20.0, 90.0), st.floats(-0.05, 0.25), st.floats(0.5, 2.0))
+@example(20.0, -0.04, 0.5)
 def test_an_oscillation_is_measured_whatever_the_first_guess(period: float, damping: float, guess: float) -> None:
     time = np.arange(0.0, 3.0 * period, 0.2)
     found = oscillation(time, 3.0 + damped(time, period, damping), guess * period)
