@@ -42,7 +42,9 @@ def regressed_without(found: Estimate, block: Block) -> np.ndarray:
     y = found.solution.whitened + slopes @ found.solution.values
     prior, expected = design.precisions > 0.0, design.expected
     assert expected is not None
-    rows = np.vstack([slopes[keep], np.diag(design.precisions)[prior], expected.among(slopes.shape[1])])
+    own = np.zeros((expected.values.size, slopes.shape[1]))
+    own[:, : expected.rows.shape[1]] = expected.rows
+    rows = np.vstack([slopes[keep], np.diag(design.precisions)[prior], own])
     return np.linalg.lstsq(rows, np.concatenate([y[keep], np.zeros(prior.sum()), expected.values]), rcond=None)[0]
 
 

@@ -122,14 +122,15 @@ class Design:
             expected=None if self.expected is None else self.expected.without(removed),
         )
 
-    @property
-    def prior_information(self) -> Array:
-        """Inverse covariance of the unknowns by all prior knowledge but declared values, (P, P)."""
-        information = np.diag(self.precisions**2)
+    def normal_equations(self, slopes: Array, target: Array) -> tuple[Array, Array]:
+        """Information (P, P) and its right side (P,) of whitened rows (R, P) and (R,), and of all prior knowledge.
+
+        Declared values are not in it.
+        """
+        information, vector = slopes.T @ slopes + np.diag(self.precisions**2), slopes.T @ target
         if self.expected is not None:
-            rows = self.expected.among(len(self.unknowns))
-            information += rows.T @ rows
-        return information
+            self.expected.inform(information, vector)
+        return information, vector
 
 
 @dataclass(frozen=True)
@@ -280,9 +281,7 @@ def solve(design: Design, weights: Weights) -> Solution:
     white = whiten(design, np.column_stack([design.target, design.columns]), weights)
     bases = whitened_instruments(design, weights)
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
-    gram, information = x.T @ x + design.prior_information, x.T @ y
-    if design.expected is not None:
-        information += design.expected.among(information.size).T @ design.expected.values
+    gram, information = design.normal_equations(x, y)
     if design.declared is not None and design.declared.inform:
         places, precisions = design.declared.places, design.declared.precisions
         gram[places, places] += precisions

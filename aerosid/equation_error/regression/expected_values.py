@@ -21,9 +21,11 @@ class ExpectedValues:
     rows: Array
     values: Array
 
-    def among(self, count: int) -> Array:
-        """The rows for `count` unknowns, of which the last are in no relation, (K, count)."""
-        return np.pad(self.rows, ((0, 0), (0, count - self.rows.shape[1])))
+    def inform(self, information: Array, vector: Array) -> None:
+        """Add what they know to normal equations of at least P unknowns, in place: (Q, Q) and right side (Q,)."""
+        count = self.rows.shape[1]
+        information[:count, :count] += self.rows.T @ self.rows
+        vector[:count] += self.rows.T @ self.values
 
     def without(self, removed: Collection[int]) -> ExpectedValues:
         """The relations with some unknowns zero."""
@@ -31,8 +33,9 @@ class ExpectedValues:
         return ExpectedValues(np.ascontiguousarray(self.rows[:, rest]), self.values)
 
     def disagreement(self, unknowns: Array) -> float:
-        """Reduction of ln L by values (P,) of the unknowns that differ from the expected ones."""
-        return 0.5 * float(np.sum((self.among(unknowns.size) @ unknowns - self.values) ** 2))
+        """Reduction of ln L by values (Q,) of the unknowns that differ from the expected ones."""
+        beside = self.rows @ unknowns[: self.rows.shape[1]] - self.values
+        return 0.5 * float(beside @ beside)
 
 
 def gust_responses_among(responses: Mapping[str, GustResponse], unknowns: Sequence[Unknown]) -> ExpectedValues | None:

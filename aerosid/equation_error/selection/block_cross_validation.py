@@ -89,7 +89,7 @@ def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResid
     design, solution, settings = found.design, found.solution, found.problem.settings
     bread = np.diag(solution.covariance)
     scale = np.sqrt(np.diag(corrected_covariance(design, solution)) / np.maximum(bread, 1e-300))
-    information = solution.slopes.T @ solution.slopes + design.prior_information
+    information, _ = design.normal_equations(solution.slopes, solution.whitened)
     free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "drift", "gust")]
     retained = [p for p in range(len(design.unknowns)) if p not in set(free)]
     result: dict[tuple[int, str], PredictionResidual] = {}
