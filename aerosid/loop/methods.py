@@ -38,6 +38,7 @@ from aerosid.search.indistinguishable_terms import (
     indistinguishable_terms,
     with_indistinguishable_terms,
 )
+from aerosid.search.other_derivatives import other_derivatives_by_likelihood
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.turbulence_innovations import with_turbulence_innovations
@@ -249,6 +250,8 @@ def _likelihood_result(
         found, problem.manoeuvres, search.hypotheses, settings.attribution.coefficient_rivals
     )
     found, unreached = with_unreached_positions(found, problem.aircraft, search)
+    others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
+    found = replace(found, other_derivatives=others)
     return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),
         search,

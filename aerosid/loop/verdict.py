@@ -15,10 +15,11 @@ from aerosid.loop.effect_rows import Effect
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.model_validation.error_reduction import error_reduction_sentence
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
-from aerosid.notation import listed, with_deviation
+from aerosid.notation import listed, number, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.findings import named
+from aerosid.search.other_derivatives import OtherDerivative
 
 
 class Verdict(Enum):
@@ -40,8 +41,8 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     manoeuvres : sequence of Manoeuvre
         The flights that were fitted.
     validation : sequence of Manoeuvre
-        Flights that were not: where the completed structure, re-estimated there, leaves more than noise, more is
-        missing than the flights that were fitted show.
+        Flights that were not: where the completed structure, re-estimated there, leaves more than noise or has other
+        derivatives, more is missing than the flights that were fitted show.
 
     Notes
     -----
@@ -49,8 +50,10 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     """
     if not found.findings and not is_excited(found, manoeuvres):
         return Verdict.NOT_EXCITED
-    left = unexplained_channels(found.tested, manoeuvres) or any(
-        is_inadequate_on(found.tested, each) for each in validation
+    left = (
+        unexplained_channels(found.tested, manoeuvres)
+        or found.other_derivatives
+        or any(is_inadequate_on(found.tested, each) for each in validation)
     )
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
@@ -82,7 +85,7 @@ def _moves(manoeuvre: Manoeuvre) -> bool:
 
 
 _LISTED = 4
-"""Display: effects that the summary lists; the table has all."""
+"""Display: effects that the summary lists (the table has all), and derivatives of a remark."""
 
 
 def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
@@ -113,6 +116,26 @@ def notes_on_refuted(refuted: Refuted, *, by_blocks: bool = False) -> list[str]:
         "not included.",
     }
     return [f"{_capitalised(*label)} {words[grounds]}" for label, grounds in refuted.items()]
+
+
+def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
+    """One sentence for each validation flight on which derivatives differ from those of the fitted flights."""
+    notes = []
+    for log in dict.fromkeys(each.log for each in others):
+        own = [each for each in others if each.log == log]
+        values = [
+            f"{' '.join(map(str, each.entry))} {with_deviation(each.value, each.std_error)} there and "
+            f"{with_deviation(each.fitted, each.fitted_error)} on the identification flights"
+            for each in own[:_LISTED]
+        ]
+        if len(own) > _LISTED:
+            values.append(f"{len(own) - _LISTED} more")
+        notes.append(
+            f"{log} shows other derivatives: {listed(values)} (differences of {number(own[0].distance, 2)} standard "
+            "errors at most). The completed aircraft is that of the identification flights. Compare loading, "
+            "configuration, airspeed and the channels of this recording, or give it to the identification as well."
+        )
+    return notes
 
 
 def _capitalised(kind: str, where: str, term: str) -> str:

@@ -20,6 +20,7 @@ from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirm
 from aerosid.search.finding_evidence import findings_with_p_values
 from aerosid.search.findings import Finding, labels, named, unique_alternatives
 from aerosid.search.multi_start import MultiStartResult, multi_start_search, search_without_disturbances
+from aerosid.search.other_derivatives import OtherDerivative
 from aerosid.search.replacement import alternatives_to_parts, replace_parts
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
@@ -69,6 +70,8 @@ class Attribution:
         are tested in place of the residuals of an open-loop simulation.
     r_squared : tuple of CoefficientRow
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
+    other_derivatives : tuple of OtherDerivative
+        Derivatives that a validation flight shows otherwise.
     """
 
     before: Refinement
@@ -84,6 +87,7 @@ class Attribution:
     eliminated: tuple[Finding, ...] = ()
     regressed: bool = False
     r_squared: tuple[CoefficientRow, ...] = ()
+    other_derivatives: tuple[OtherDerivative, ...] = ()
     in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
 

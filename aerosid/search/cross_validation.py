@@ -70,10 +70,10 @@ def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     return total
 
 
-def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
-    """Whether a structure leaves a residual above noise on a flight although re-estimated on it."""
+def re_estimated_on(completed: Refinement, manoeuvre: Manoeuvre) -> Refinement | None:
+    """The structure re-estimated on a flight that was not fitted; None where no estimate exists."""
     try:
-        own = refine(
+        return refine(
             completed.model,
             [manoeuvre],
             completed.free,
@@ -82,5 +82,10 @@ def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
             settings=VALIDATION_FIT,
         )
     except EstimationError:
-        return True
-    return bool(unexplained_channels(own, [manoeuvre]))
+        return None
+
+
+def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre) -> bool:
+    """Whether a structure leaves a residual above noise on a flight although re-estimated on it."""
+    own = re_estimated_on(completed, manoeuvre)
+    return own is None or bool(unexplained_channels(own, [manoeuvre]))
