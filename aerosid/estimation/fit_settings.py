@@ -158,6 +158,12 @@ class ResidualTestSettings:
     as_remembered : float
         Ratio of a residual to coloured noise of its memory, 1, estimated from the log's white noise. That is known from
         its high-frequency part alone, within 25 %; intermittent noise, as of held samples, leaves more.
+    recorded_ratio : float
+        Ratio of a residual to the log's own white noise, 1, behind a recorder that filters or colours it: of coloured
+        noise three times as large up to 1.7 is seen, of a coarsely sampled rate up to 6.
+    recorded_share : float
+        Mean square of a residual over the variance of the channel, 1, that is left there besides; chosen together, on
+        eight clean pairs in calm air (benchmarks/turbulent_false_alarms.py, seed 336).
     fewest : int
         Samples of a channel below which its residual is not tested.
     quick_shortfall : float
@@ -170,6 +176,8 @@ class ResidualTestSettings:
 
     noise_ratio: float = 1.3
     as_remembered: float = 1.5
+    recorded_ratio: float = 2.0
+    recorded_share: float = 0.003
     fewest: int = 20
     quick_shortfall: float = 1.15
     least_independence: float = 1e-5

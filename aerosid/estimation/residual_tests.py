@@ -12,12 +12,16 @@ from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.signals.fit_statistics import is_coloured, noise_memories
 
 
-def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
+def unexplained_channels(
+    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, noise_known: bool = True
+) -> tuple[str, ...]:
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
-    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two.
+    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where the noise is not known, as
+    behind a recorder's filter, a residual counts that exceeds the white noise by more and leaves a share of the motion.
     """
     level = np.sqrt(refinement.variance)
+    least = RESIDUAL_TESTS.noise_ratio if noise_known else RESIDUAL_TESTS.recorded_ratio
     unexplained: dict[str, None] = {}
     for part in whiten(refinement, manoeuvres, columns=()):
         manoeuvre = manoeuvres[part.log]
@@ -26,8 +30,11 @@ def unexplained_channels(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]
             residual = part.residual[np.isfinite(part.residual[:, i]), i]
             if residual.size < RESIDUAL_TESTS.fewest or manoeuvre.noise[i] == 0.0:
                 continue  # too few samples, or a quantised record that holds its last sample: its noise is not known
-            ratio = float(np.sqrt(np.mean(residual**2))) * level[i] / manoeuvre.noise[i]
-            if ratio > RESIDUAL_TESTS.noise_ratio and is_coloured(residual):
+            size = float(np.sqrt(np.mean(residual**2))) * level[i]
+            ratio = size / manoeuvre.noise[i]
+            if not noise_known and size**2 <= RESIDUAL_TESTS.recorded_share * manoeuvre.spread[i] ** 2:
+                continue
+            if ratio > least and is_coloured(residual):
                 ratios[i] = ratio
         if not ratios:
             continue

@@ -182,6 +182,7 @@ def _by_equations(
     found = with_turbulence_innovations(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
+    found = replace(found, noise_known=instrument_errors.noise_ratio <= settings.equation_error.white)
     return MethodResult(found, search, notes=notes, method="equations", agreement=problem.agreement(settings))
 
 

@@ -46,14 +46,18 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
 
     Notes
     -----
-    In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation.
+    In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation. In
+    calm air behind a recorder that filters or colours its channels, where the noise is not known, a residual has to
+    leave a share of the motion as well.
     """
     if not found.findings and not is_excited(found, manoeuvres):
         return Verdict.NOT_EXCITED
+    # The innovations of a filter follow any slow motion: what they leave is compared with the noise as it is known.
+    known = found.noise_known or found.in_turbulence is not None
     left = (
-        unexplained_channels(found.tested, manoeuvres)
+        unexplained_channels(found.tested, manoeuvres, noise_known=known)
         or found.other_derivatives
-        or any(is_inadequate_on(found.tested, each) for each in validation)
+        or any(is_inadequate_on(found.tested, each, noise_known=known) for each in validation)
     )
     if found.findings:
         return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED

@@ -72,6 +72,8 @@ class Attribution:
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     other_derivatives : tuple of OtherDerivative
         Derivatives that a validation flight shows otherwise.
+    noise_known : bool
+        Whether the white noise of the logs is that of their channels: not behind a recorder that filters or colours it.
     """
 
     before: Refinement
@@ -88,6 +90,7 @@ class Attribution:
     regressed: bool = False
     r_squared: tuple[CoefficientRow, ...] = ()
     other_derivatives: tuple[OtherDerivative, ...] = ()
+    noise_known: bool = True
     in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from problems import BOTH_SQUARES, Problem, entry
+from problems import BOTH_SQUARES, NOISE, Problem, entry
 
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import refine
@@ -25,3 +25,23 @@ def test_channels_with_residuals_above_noise_are_those_of_a_simulation(complete:
     assert bool(told) is not complete
     assert coloured_noise(found, [manoeuvre]) == ()
     assert np.isfinite(list(errors.values())).all()
+
+
+@pytest.mark.parametrize("value", [-1.2, -0.03], ids=["much", "little"])
+def test_behind_a_recorder_a_residual_has_to_leave_a_share_of_the_motion(value: float) -> None:
+    """Beyond twice the white noise, and 0.3 % of the variance: both recomputed by a simulation."""
+    noise = {name: 0.2 * level for name, level in NOISE.items()}
+    problem = Problem(undeclared={("C_m", "alpha^2"): value}, noise=noise)
+    model, manoeuvre = problem.prepared(problem.fly())
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    errors = respond(found.model, manoeuvre, found.variance).rms
+    told = set(unexplained_channels(found, [manoeuvre], noise_known=False))
+    assert told <= set(unexplained_channels(found, [manoeuvre]))
+    for name, error in errors.items():
+        place = manoeuvre.row(name)
+        share = (error / float(np.nanstd(manoeuvre.flight.measured[:, place]))) ** 2
+        if error > 2.4 * manoeuvre.noise[place] and share > 0.0036:
+            assert name in told
+        if error < 1.6 * manoeuvre.noise[place] or share < 0.0024:
+            assert name not in told
+    assert bool(told) == (value == -1.2)
