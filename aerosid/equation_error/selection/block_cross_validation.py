@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import Design
 from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.inverse_information import inverse_of_shown
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.cross_validation import PredictionResidual, PredictionResiduals, without_constants
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -132,6 +133,5 @@ def _inverse(information: Array, whole: Array) -> Array:
     `whole` (P,): information of each parameter with nothing deleted.
     """
     scale = np.sqrt(np.maximum(whole, 1e-300))
-    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    inverse = np.where(eigenvalues > SHOWN, 1.0 / np.maximum(eigenvalues, SHOWN), 0.0)
-    return np.asarray((vectors * inverse) @ vectors.T / np.outer(scale, scale))
+    scales = np.outer(scale, scale)
+    return np.asarray(inverse_of_shown(information / scales, SHOWN) / scales)
