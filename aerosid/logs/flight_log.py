@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from types import MappingProxyType
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import LogError
+from aerosid.logs.settings import READING
 from aerosid.signals.resampling import without_gaps
 
 FloatArray = NDArray[np.float64]
@@ -215,8 +216,11 @@ def stretches(log: FlightLog) -> tuple[FlightLog, ...]:
     )
 
 
-def longest_stretch(log: FlightLog) -> FlightLog:
-    """The longest stretch of a log without a gap, with a note on the others; the log itself where it has no gap.
+def chosen_stretch(log: FlightLog) -> FlightLog:
+    """The longest stretch without a gap that holds a manoeuvre, with a note on the others.
+
+    A control moves in it by a fifth of the most that it moves in any; where none moves or is recorded, the longest. The
+    log itself where it has no gap.
 
     Parameters
     ----------
@@ -226,13 +230,29 @@ def longest_stretch(log: FlightLog) -> FlightLog:
     parts = stretches(log)
     if len(parts) == 1:
         return parts[0]
-    longest = max(parts, key=lambda part: float(part.time[-1] - part.time[0]))
-    others = ", ".join(f"{part.time[0]:.6g} to {part.time[-1]:.6g} s" for part in parts if part is not longest)
+    moving = _with_moving_control(parts)
+    chosen = max(moving, key=lambda part: float(part.time[-1] - part.time[0]))
+    others = ", ".join(f"{part.time[0]:.6g} to {part.time[-1]:.6g} s" for part in parts if part is not chosen)
+    whose = " in which a control moves" if len(moving) < len(parts) else ""
     note = (
-        f"{longest.time[0]:.6g} to {longest.time[-1]:.6g} s is used, the longest of {len(parts)} stretches without "
-        f"a gap; the others: {others}; choose one by its span"
+        f"{chosen.time[0]:.6g} to {chosen.time[-1]:.6g} s is used, of {len(parts)} stretches without a gap the longest"
+        f"{whose}; the others: {others}; choose one by its span"
     )
-    return replace(longest, notes=(*longest.notes, note))
+    return replace(chosen, notes=(*chosen.notes, note))
+
+
+def _with_moving_control(parts: Sequence[FlightLog]) -> Sequence[FlightLog]:
+    """The stretches in which a control moves; all where none does."""
+    ranges = np.array(
+        [
+            [float(np.ptp(values)) if (values := part[name][np.isfinite(part[name])]).size else 0.0 for part in parts]
+            for name in parts[0].channels
+            if name.startswith("delta_")
+        ]
+    ).reshape(-1, len(parts))
+    largest = ranges.max(axis=1, keepdims=True, initial=0.0)
+    moves = np.any((ranges > READING.moving_control * largest) & (largest > 0.0), axis=0)
+    return [part for part, moved in zip(parts, moves.tolist(), strict=True) if moved] or parts
 
 
 def with_fuel_used(log: FlightLog) -> FlightLog:

@@ -43,6 +43,8 @@ class ReadingSettings:
         Standard errors, 1, of the offset from which on two clocks are reported to differ.
     fewest_mapped : int
         Channels of a ready map that a recording must hold before the map is proposed for it.
+    moving_control : float
+        Range of a control in a stretch without a gap over its largest range in any, 1, from which on it moves there.
     fewest_of_stream : int
         Samples of a stream that counts for the recording's span: streams with fewer are settings and events.
     """
@@ -58,6 +60,7 @@ class ReadingSettings:
     largest_delay: float = 1.0
     same_rate: float = 0.02
     clocks_apart: float = 3.0
+    moving_control: float = 0.2
     fewest_mapped: int = 4
     fewest_of_stream: int = 20
 

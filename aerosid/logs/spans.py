@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from aerosid.errors import LogError, UsageError
-from aerosid.logs.flight_log import FlightLog, longest_stretch
+from aerosid.logs.flight_log import FlightLog, chosen_stretch
 from aerosid.logs.formats import read_log
 from aerosid.logs.formats.table import shown
 from aerosid.logs.settings import READING
@@ -166,7 +166,7 @@ def read_span(
     if span.path not in store:
         store[span.path] = read_log(span.path, channels, across_holes=True)
     cut = cut_span(store[span.path], span)
-    return cut if across_holes else longest_stretch(cut)
+    return cut if across_holes else chosen_stretch(cut)
 
 
 def cut_span(log: FlightLog, span: Span) -> FlightLog:

@@ -454,6 +454,19 @@ def test_c23_no_sample_lies_inside_a_hole(tmp_path: Path) -> None:
     assert read_log(tmp_path / "log.csv", start=2.0, stop=8.0).time[0] == 2.0
 
 
+@pytest.mark.parametrize(("first", "second", "start"), [(1.0, 0.0, 0.0), (1.0, 0.3, 25.4), (0.0, 0.0, 25.4)])
+def test_the_stretch_with_the_manoeuvre_is_read(tmp_path: Path, first: float, second: float, start: float) -> None:
+    """The longer one only where a control moves in it by a fifth of what it moves in the other, or in none."""
+    time = np.concatenate([np.arange(0.0, 10.0, 0.02), np.arange(25.4, 40.0, 0.02)])
+    size = np.where(time < 20.0, first, second)
+    elevator = size * np.sin(time)
+    text = "time [s],delta_e [rad]\n" + "".join(f"{t:.2f},{e:.9f}\n" for t, e in zip(time, elevator, strict=True))
+    log = read_log(write(tmp_path, "log.csv", text))
+    assert log.time[0] == start
+    (note,) = (note for note in log.notes if "is used" in note)
+    assert ("in which a control moves" in note) == (second == 0.0 < first)
+
+
 def test_c23_streams_are_cut_together(tmp_path: Path) -> None:
     """A gap in one stream, a loss marked by the recorder elsewhere: three segments, no value inside a gap."""
     fast = [row for row in rows(0.0, 30.0, 100.0) if not 10_000_000 < row[0] < 12_000_000]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aerosid.errors import ChannelMapError, LogError
-from aerosid.logs.flight_log import FlightLog, longest_stretch, stretches, with_fuel_used
+from aerosid.logs.flight_log import FlightLog, chosen_stretch, stretches, with_fuel_used
 from aerosid.logs.formats.ascii_columns import holds_words
 from aerosid.logs.formats.assembly import Assembled, Place, assemble_mapped, assemble_native, cut_at_holes
 from aerosid.logs.formats.catalogue import FORMATS, Format
@@ -76,7 +76,7 @@ def read_log(
     whole = _read_whole(Path(path), channels, recording)
     if start is not None or stop is not None:
         whole = whole.between(start, stop)
-    return whole if across_holes else longest_stretch(whole)
+    return whole if across_holes else chosen_stretch(whole)
 
 
 def read_segments(path: str | Path, channels: Channels | None = None) -> tuple[FlightLog, ...]:
