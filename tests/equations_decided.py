@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.related_problems import coefficients_of_all
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors, identify_instrument_errors
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
@@ -43,7 +44,8 @@ def declared(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog])
     candidates = candidate_entries(aircraft, [*logs, *others])
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     settings = EquationErrorSettings()
-    problem = RegressionProblem(read_recordings(manoeuvres, unseen, settings), COEFFICIENT, settings)
+    whole = coefficients_of_all(read_recordings(manoeuvres, unseen, settings), settings, model)
+    problem = replace(whole, all_fitted=False)
     return estimate(problem, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
 
 
@@ -53,9 +55,8 @@ def frames_of(
     """The declared model, and the coefficient equations of all flights and of the fitted ones."""
     model, manoeuvres, unseen = _prepared(aircraft, logs, others, candidates)
     settings = EquationErrorSettings()
-    recordings = read_recordings(manoeuvres, unseen, settings)
-    whole = RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True)
-    return model, whole, RegressionProblem(recordings, COEFFICIENT, settings)
+    whole = coefficients_of_all(read_recordings(manoeuvres, unseen, settings), settings, model)
+    return model, whole, replace(whole, all_fitted=False)
 
 
 def _prepared(

@@ -210,14 +210,13 @@ class EquationErrorSettings:
     calm : float
         Fraction of the sideslip, 1, by which its vane may differ from the inertial path for the air to be calm: an
         output-error estimate then gives the parameters of the structure that the equations selected. Chosen: a tenth.
-    closed, white : float
+    closed : float
         Kinematic residual over the in-band white noise predicted from successive differences, 1, up to which the
-        kinematics of a flight are consistent, and up to which the noise is white: white noise gives one, that of
-        integrated gyros and accelerometers up to two. Beyond the first the air moves or the recorder adds noise of its
-        own, open-loop errors are no measurement noise, and the equations decide. Flights in white noise have 1.0 to 2.0
-        (`benchmarks/wide_detection.py --plant none`, seed 77), in gusts behind a recorder of 50 Hz 3.2 or more
-        (`benchmarks/field_detection.py`, seeds 111 and 120); coloured noise in calm air has 2 to 7, and up to the first
-        the likelihood models it correctly.
+        kinematics of a flight are consistent: white noise gives one, that of integrated gyros and accelerometers up to
+        two. Beyond it the air moves or the recorder adds noise of its own, open-loop errors are no measurement noise,
+        and the equations decide. Flights in white noise have 1.0 to 2.0 (`benchmarks/wide_detection.py --plant none`,
+        seed 77), in gusts behind a recorder of 50 Hz 3.2 or more (`benchmarks/field_detection.py`, seeds 111 and 120);
+        coloured noise in calm air has 2 to 7, and up to this the likelihood models it correctly.
     laguerre_times : tuple of float
         Time constants, s, of the Laguerre functions of the controls that are tried as instrumental variables: short
         periods from an unmanned aircraft's to a large transport's.
@@ -234,7 +233,8 @@ class EquationErrorSettings:
         all directions, 1: four poles do not whiten slow noise. Mean of 40 simulated flights in turbulence with nothing
         missing (benchmarks/turbulent_flights.py, seeds 4000 to 4039).
     fewest_early : int
-        Least number of early sensors for which the alternative, all others late, is tried. By reasoning.
+        Least number of early sensors for which the alternative, all others late, is tried: one alone is modelled most
+        simply as early. By reasoning.
     needed_share : float
         Fraction, 1, of the residual variance of a validation coefficient that an effect shown by few blocks of the
         identification records must remove, where the validation record's gain in ln L does not confirm it. Chosen: a
@@ -306,7 +306,6 @@ class EquationErrorSettings:
     block_doubt: float = 2.0
     calm: float = 0.1
     closed: float = 3.0
-    white: float = 2.0
     laguerre_times: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8)
     laguerre_slower: float = 8.0
     laguerre_order: int = 5

@@ -13,15 +13,16 @@ from aerosid.signals.fit_statistics import is_coloured, noise_memories
 
 
 def unexplained_channels(
-    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, noise_known: bool = True
+    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, noise_hidden: bool = False
 ) -> tuple[str, ...]:
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
-    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where the noise is not known, as
-    behind a recorder's filter, a residual counts that exceeds the white noise by more and leaves a share of the motion.
+    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a
+    recorder hides the noise, a residual counts that exceeds the white noise by more and leaves a share of the channel's
+    variance.
     """
     level = np.sqrt(refinement.variance)
-    least = RESIDUAL_TESTS.noise_ratio if noise_known else RESIDUAL_TESTS.recorded_ratio
+    least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio
     unexplained: dict[str, None] = {}
     for part in whiten(refinement, manoeuvres, columns=()):
         manoeuvre = manoeuvres[part.log]
@@ -32,7 +33,7 @@ def unexplained_channels(
                 continue  # too few samples, or a quantised record that holds its last sample: its noise is not known
             size = float(np.sqrt(np.mean(residual**2))) * level[i]
             ratio = size / manoeuvre.noise[i]
-            if not noise_known and size**2 <= RESIDUAL_TESTS.recorded_share * manoeuvre.spread[i] ** 2:
+            if noise_hidden and size**2 <= RESIDUAL_TESTS.recorded_share * manoeuvre.spread[i] ** 2:
                 continue
             if ratio > least and is_coloured(residual):
                 ratios[i] = ratio

@@ -113,11 +113,11 @@ def close_loop(
         contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
         judged(contradicted)
         return contradicted
-    verdict = judge(identified.found, identified.manoeuvres, identified.validation)
+    verdict, leaves = judge(identified.found, identified.manoeuvres, identified.validation)
     progress("re-estimating with insignificant derivatives fixed")
     excited = verdict is not Verdict.NOT_EXCITED
     completion = fix_insignificant(identified.found, identified.aircraft, identified.search, excited=excited)
-    known = _Judged(identified, identified.found, identified.search, verdict, completion)
+    known = _Judged(identified, identified.found, identified.search, verdict, completion, leaves)
     result = _judged(known, settings, progress, signed)
     consequences = begun(lambda: _consequences(result, known, requirement, settings))
     judged(result)
@@ -139,6 +139,7 @@ class _Judged:
     search: StructureSearch
     verdict: Verdict
     completion: Completion
+    leaves_residual: bool
 
     @property
     def flights(self) -> dict[Role, tuple[Manoeuvre, ...]]:
@@ -165,7 +166,8 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     gains = prediction_gains(completed, known.search, identified.validation, identified.hold_out)
     effects = effect_rows(completed, {}, *gains)
     rows = known.rows(None)
-    summary = summarise(known.verdict, effects, tuple(errors))
+    others = known.found.other_derivatives
+    summary = summarise(known.verdict, effects, tuple(errors), others, leaves=known.leaves_residual)
     inertia = settings.attribution.inertia
     patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft, inertia)
     return ClosedLoop(

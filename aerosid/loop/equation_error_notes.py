@@ -13,9 +13,11 @@ from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.logs.stamps import holes
 from aerosid.notation import listed, number, si_unit, with_deviation
+from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
 
 
@@ -151,3 +153,18 @@ def note_on_damping(damping: DampingCollinearity) -> str:
     if not others:
         return f"{text}; the standard error does not include this."
     return f"{text}, and alphadot accounts for {listed(others)}; the standard errors do not include this."
+
+
+def note_on_hidden_noise(found: Attribution) -> str:
+    """Note on what counts as a residual where a recorder hides the noise."""
+    told = (
+        "The recorder filters or colours every channel: the last digits of the logs do not show their noise. A channel "
+        f"counts as explained with an open-loop error of up to {number(RESIDUAL_TESTS.recorded_ratio)} times what they "
+        f"show, or of up to {number(100.0 * RESIDUAL_TESTS.recorded_share)} % of its variance in the record."
+    )
+    if found.in_turbulence is None:
+        return told
+    return (
+        "The recorder filters or colours every channel: in turbulence its noise is part of the innovations that are "
+        "tested, and a significant residual is no evidence of a missing effect by itself."
+    )

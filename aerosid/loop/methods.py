@@ -8,15 +8,16 @@ from dataclasses import dataclass, replace
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.compiled.replicas import replicated
-from aerosid.equation_error.decision import decide
+from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
+from aerosid.estimation.fit_settings import NEARBY, RESIDUAL_TESTS, WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.equation_error_notes import (
     note_on_damping,
     note_on_delay,
+    note_on_hidden_noise,
     note_on_near_significant,
     note_on_regressor_errors,
     note_on_supported_error,
@@ -38,7 +39,7 @@ from aerosid.search.indistinguishable_terms import (
     indistinguishable_terms,
     with_indistinguishable_terms,
 )
-from aerosid.search.other_derivatives import other_derivatives_by_likelihood
+from aerosid.search.other_derivatives import other_derivatives_by_equations, other_derivatives_by_likelihood
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.turbulence_innovations import with_turbulence_innovations
@@ -50,7 +51,7 @@ class MethodResult:
     """Result of an identification method: attribution, indistinguishable terms and notes.
 
     `search`: the fitted flights, the hypotheses and the settings for further estimates; `method`: the deciding
-    method; `agreement`: its data compatibility check.
+    method; `agreement`: its data compatibility check; `decision`: of the equation-error method, where that decided.
     """
 
     found: Attribution
@@ -59,6 +60,7 @@ class MethodResult:
     notes: tuple[str, ...] = ()
     method: Method = "likelihood"
     agreement: KinematicConsistency | None = None
+    decision: EquationErrorDecision | None = None
 
 
 def run_method(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
@@ -75,7 +77,17 @@ def run_method(problem: IdentificationProblem, settings: LoopSettings, progress:
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
-    return methods[settings.method](problem, settings, progress)
+    return _with_other_derivatives(methods[settings.method](problem, settings, progress), problem)
+
+
+def _with_other_derivatives(result: MethodResult, problem: IdentificationProblem) -> MethodResult:
+    """The result with the derivatives that differ on a validation flight, by the estimator that the values are from."""
+    found = result.found
+    if result.decision is not None and found.regressed:
+        others = other_derivatives_by_equations(result.decision)
+    else:
+        others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
+    return replace(result, found=replace(found, other_derivatives=others))
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
@@ -182,8 +194,10 @@ def _by_equations(
     found = with_turbulence_innovations(found, search)
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
-    found = replace(found, noise_known=instrument_errors.noise_ratio <= settings.equation_error.white)
-    return MethodResult(found, search, notes=notes, method="equations", agreement=problem.agreement(settings))
+    if instrument_errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio:
+        found, notes = replace(found, noise_hidden=True), (*notes, note_on_hidden_noise(found))
+    agreement = problem.agreement(settings)
+    return MethodResult(found, search, notes=notes, method="equations", agreement=agreement, decision=decision)
 
 
 def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:
@@ -251,8 +265,6 @@ def _likelihood_result(
         found, problem.manoeuvres, search.hypotheses, settings.attribution.coefficient_rivals
     )
     found, unreached = with_unreached_positions(found, problem.aircraft, search)
-    others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
-    found = replace(found, other_derivatives=others)
     return MethodResult(
         with_indistinguishable_terms(found, rivals, settings.attribution.reach),
         search,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,35 +34,41 @@ class Verdict(Enum):
     INCONSISTENT_DATA = "The measured channels contradict one another; no aerodynamic model can fit them all."
 
 
-def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Verdict:
+class Judgement(NamedTuple):
+    """A verdict, and whether the completed structure leaves more than noise."""
+
+    verdict: Verdict
+    leaves_residual: bool
+
+
+def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Judgement:
     """The verdict on a set of findings.
+
+    A validation flight with other derivatives is not explained by the completed model, however well its structure fits.
 
     Parameters
     ----------
     manoeuvres : sequence of Manoeuvre
         The flights that were fitted.
     validation : sequence of Manoeuvre
-        Flights that were not: where the completed structure, re-estimated there, leaves more than noise or has other
-        derivatives, more is missing than the flights that were fitted show.
+        Flights that were not: where the completed structure, re-estimated there, leaves more than noise, more is
+        missing than the flights that were fitted show.
 
     Notes
     -----
-    In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation. In
-    calm air behind a recorder that filters or colours its channels, where the noise is not known, a residual has to
-    leave a share of the motion as well.
+    In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation, and
+    follow any slow motion: they are compared with the white noise, known or not.
     """
     if not found.findings and not is_excited(found, manoeuvres):
-        return Verdict.NOT_EXCITED
-    # The innovations of a filter follow any slow motion: what they leave is compared with the noise as it is known.
-    known = found.noise_known or found.in_turbulence is not None
-    left = (
-        unexplained_channels(found.tested, manoeuvres, noise_known=known)
-        or found.other_derivatives
-        or any(is_inadequate_on(found.tested, each, noise_known=known) for each in validation)
+        return Judgement(Verdict.NOT_EXCITED, leaves_residual=False)
+    hidden = found.noise_hidden and found.in_turbulence is None
+    leaves = bool(unexplained_channels(found.tested, manoeuvres, noise_hidden=hidden)) or any(
+        is_inadequate_on(found.tested, each, noise_hidden=hidden) for each in validation
     )
-    if found.findings:
-        return Verdict.PARTLY_EXPLAINED if left else Verdict.EXPLAINED
-    return Verdict.UNEXPLAINED if left else Verdict.NOTHING_MISSING
+    if not found.findings:
+        return Judgement(Verdict.UNEXPLAINED if leaves else Verdict.NOTHING_MISSING, leaves)
+    partly = leaves or bool(found.other_derivatives)
+    return Judgement(Verdict.PARTLY_EXPLAINED if partly else Verdict.EXPLAINED, leaves)
 
 
 MOTION = ("alpha", "beta", "p", "q", "r")
@@ -92,17 +99,29 @@ _LISTED = 4
 """Display: effects that the summary lists (the table has all), and derivatives of a remark."""
 
 
-def summarise(verdict: Verdict, effects: Sequence[Effect], errors: Sequence[ErrorRow]) -> str:
-    """Summary: the missing effects, and the error reduction on flights not used in the fit."""
+def summarise(
+    verdict: Verdict,
+    effects: Sequence[Effect],
+    errors: Sequence[ErrorRow],
+    others: Sequence[OtherDerivative] = (),
+    *,
+    leaves: bool = True,
+) -> str:
+    """Summary: the missing effects, what else is open, and the error reduction on flights not used in the fit.
+
+    `others`: derivatives that differ on a validation flight; `leaves`: whether a residual remains.
+    """
     sentence = verdict.value
     if effects:
         shown = [_named(effect) for effect in effects[:_LISTED]]
         further = [f"{len(effects) - _LISTED} more"] if len(effects) > _LISTED else []
         sentence = f"The declared model lacks {listed([*shown, *further])}."
-        if verdict is Verdict.PARTLY_EXPLAINED:
+        if verdict is Verdict.PARTLY_EXPLAINED and leaves:
             sentence += " A significant residual remains."
     if verdict is Verdict.NOT_EXCITED:
         return f"{sentence} The completed aircraft keeps every declared value."
+    if others:
+        sentence += f" {_another(others)}"
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
@@ -122,22 +141,29 @@ def notes_on_refuted(refuted: Refuted, *, by_blocks: bool = False) -> list[str]:
     return [f"{_capitalised(*label)} {words[grounds]}" for label, grounds in refuted.items()]
 
 
+def _another(others: Sequence[OtherDerivative]) -> str:
+    """The sentence of the summary on validation flights with other derivatives."""
+    logs = list(dict.fromkeys(each.log for each in others))
+    verb = "show" if len(logs) > 1 else "shows"
+    return f"{listed(logs)} {verb} other derivatives than the identification, as of another loading or aircraft."
+
+
 def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
-    """One sentence for each validation flight on which derivatives differ from those of the fitted flights."""
+    """A remark on each validation flight whose derivatives differ from those of the identification."""
     notes = []
     for log in dict.fromkeys(each.log for each in others):
         own = [each for each in others if each.log == log]
         values = [
-            f"{' '.join(map(str, each.entry))} {with_deviation(each.value, each.std_error)} there and "
-            f"{with_deviation(each.fitted, each.fitted_error)} on the identification flights"
+            f"{' '.join(map(str, each.entry))} {with_deviation(each.value, each.std_error)} "
+            f"(identification {with_deviation(each.fitted, each.fitted_error)})"
             for each in own[:_LISTED]
         ]
         if len(own) > _LISTED:
             values.append(f"{len(own) - _LISTED} more")
         notes.append(
-            f"{log} shows other derivatives: {listed(values)} (differences of {number(own[0].distance, 2)} standard "
-            "errors at most). The completed aircraft is that of the identification flights. Compare loading, "
-            "configuration, airspeed and the channels of this recording, or give it to the identification as well."
+            f"{log} shows other derivatives than the identification: {listed(values)}. The largest difference is "
+            f"{number(own[0].distance, 2)} standard errors. The completed aircraft is that of the identification. "
+            "Compare loading, configuration, airspeed and channels of this recording, or identify from it as well."
         )
     return notes
 

@@ -71,9 +71,10 @@ class Attribution:
     r_squared : tuple of CoefficientRow
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     other_derivatives : tuple of OtherDerivative
-        Derivatives that a validation flight shows otherwise.
-    noise_known : bool
-        Whether the white noise of the logs is that of their channels: not behind a recorder that filters or colours it.
+        Derivatives that differ on a validation flight.
+    noise_hidden : bool
+        Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
+        show it.
     """
 
     before: Refinement
@@ -90,7 +91,7 @@ class Attribution:
     regressed: bool = False
     r_squared: tuple[CoefficientRow, ...] = ()
     other_derivatives: tuple[OtherDerivative, ...] = ()
-    noise_known: bool = True
+    noise_hidden: bool = False
     in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
 

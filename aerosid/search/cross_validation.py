@@ -85,7 +85,7 @@ def re_estimated_on(completed: Refinement, manoeuvre: Manoeuvre) -> Refinement |
         return None
 
 
-def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre, *, noise_known: bool = True) -> bool:
+def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre, *, noise_hidden: bool = False) -> bool:
     """Whether a structure leaves a residual above noise on a flight although re-estimated on it."""
     own = re_estimated_on(completed, manoeuvre)
-    return own is None or bool(unexplained_channels(own, [manoeuvre], noise_known=noise_known))
+    return own is None or bool(unexplained_channels(own, [manoeuvre], noise_hidden=noise_hidden))

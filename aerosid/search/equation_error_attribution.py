@@ -35,7 +35,6 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Finding, log_of_step, named
-from aerosid.search.other_derivatives import other_derivatives_by_equations
 
 Array = NDArray[np.float64]
 
@@ -86,7 +85,6 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
             CoefficientRow(after.coefficient, after.recording, before.r2, after.r2)
             for before, after in decision.coefficient_fits
         ),
-        other_derivatives=other_derivatives_by_equations(decision),
         re_estimator=partial(_re_estimated, decision=decision, manoeuvres=manoeuvres),
     )
 

@@ -1,4 +1,4 @@
-"""Derivatives that a validation flight shows otherwise than the fitted flights.
+"""Derivatives that differ between a validation flight and the fitted flights.
 
 The completed structure may be adequate on every flight and yet need other values on one of them: another loading,
 another configuration, another airspeed than the model's terms describe. The estimates of both are independent, so that
@@ -8,15 +8,17 @@ the same aircraft differ by a few per cent in what no structure of a dozen terms
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from aerosid.effects import frozen
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.regressor_errors import with_instrumental_values
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
@@ -32,18 +34,22 @@ class OtherDerivativeSettings:
     Attributes
     ----------
     distance : float
-        Standard deviations of the difference, 1. Chosen: eight derivatives of each of three flights exceed it by chance
-        once in 600 results.
+        Standard deviations of the difference, 1. Chosen: of the eight derivatives of each of three flights one exceeds
+        it by chance once in 600 results.
     share : float
         Difference as a fraction, 1, of the fitted flights' value. Chosen: the Twin Otter's C_Z alpha differs by six per
         cent between two flights of one day.
+    resolved : float
+        Fraction, 1, of an unknown of a regression that its record determines: a control that is held there is half of
+        it a constant, for which the pseudo-inverse gives a small standard deviation. Numerical: one, but for rounding.
     """
 
     distance: float = 4.0
     share: float = 0.2
+    resolved: float = 0.999
 
 
-OTHER = OtherDerivativeSettings()
+OTHER_DERIVATIVES = OtherDerivativeSettings()
 """Of every result."""
 
 
@@ -72,7 +78,9 @@ class OtherDerivative:
         errors = self.std_error, self.fitted_error
         if not np.all(np.isfinite(errors)) or not min(errors) > 0.0:
             return False
-        return self.distance > OTHER.distance and abs(self.value - self.fitted) > OTHER.share * abs(self.fitted)
+        return self.distance > OTHER_DERIVATIVES.distance and abs(
+            self.value - self.fitted
+        ) > OTHER_DERIVATIVES.share * abs(self.fitted)
 
 
 def other_derivatives_by_likelihood(
@@ -100,16 +108,19 @@ def other_derivatives_by_equations(decision: EquationErrorDecision) -> tuple[Oth
 
 
 def compared_derivatives(decision: EquationErrorDecision) -> tuple[OtherDerivative, ...]:
-    """Every derivative of the completed structure, regressed on each validation record with the other effects held."""
+    """The derivatives of the completed structure that both sides determine, regressed on each validation record.
+
+    The other effects are held, and the steps that the decision found on that record act. Coefficients whose estimate
+    is by instrumental variables are regressed by them.
+    """
     completed, found = decision.completed, []
-    held = replace(completed.point, effects=tuple(map(frozen, completed.point.effects)))
-    recordings = completed.problem.recordings
-    for recording in (each for each in recordings if not each.fitted):
-        alone = tuple(replace(each, fitted=each is recording) for each in recordings)
-        own = estimate(replace(completed.problem, recordings=alone, all_fitted=False), held)
+    known = dict(zip(completed.design.unknowns, _resolved(completed), strict=True))
+    adopted = {row.coefficient for row in decision.regressor_errors if row.adopted}
+    for recording in (each for each in completed.problem.recordings if not each.fitted):
+        own = _regressed_on(recording, decision, adopted)
         covariance = corrected_covariance(own.design, own.solution)
-        for place, unknown in enumerate(own.design.unknowns):
-            if unknown[0] != "term" or unknown not in completed.design.unknowns:
+        for place, (unknown, resolved) in enumerate(zip(own.design.unknowns, _resolved(own), strict=True)):
+            if unknown[0] != "term" or not (resolved and known.get(unknown, False)):
                 continue
             fitted = completed.design.unknowns.index(unknown)
             here = own.value(unknown), float(np.sqrt(covariance[place, place]))
@@ -117,6 +128,22 @@ def compared_derivatives(decision: EquationErrorDecision) -> tuple[OtherDerivati
             entry: Entry = unknown[1]  # type: ignore[assignment]
             found.append(OtherDerivative(recording.name, entry, *here, *there))
     return tuple(found)
+
+
+def _regressed_on(recording: Recording, decision: EquationErrorDecision, adopted: Collection[str]) -> Estimate:
+    """The completed structure's coefficients regressed on one record that was not fitted."""
+    point = decision.completed.point
+    acting = (*point.effects, *decision.level_shifts.get(recording.name, ()))
+    alone = replace(decision.completed.problem, recordings=(replace(recording, fitted=True),), all_fitted=False)
+    return with_instrumental_values(estimate(alone, point.with_effects(tuple(map(frozen, acting)))), adopted)
+
+
+def _resolved(found: Estimate) -> list[bool]:
+    """Whether the records determine each unknown: what the pseudo-inverse of its information resolves of it."""
+    design, solution = found.design, found.solution
+    information, _ = design.normal_equations(solution.slopes, solution.whitened)
+    shares = np.einsum("ij,ji->i", solution.covariance, information)
+    return [bool(share > OTHER_DERIVATIVES.resolved) for share in shares]
 
 
 def _others(compared: Sequence[OtherDerivative]) -> tuple[OtherDerivative, ...]:

@@ -35,7 +35,7 @@ def test_behind_a_recorder_a_residual_has_to_leave_a_share_of_the_motion(value: 
     model, manoeuvre = problem.prepared(problem.fly())
     found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
     errors = respond(found.model, manoeuvre, found.variance).rms
-    told = set(unexplained_channels(found, [manoeuvre], noise_known=False))
+    told = set(unexplained_channels(found, [manoeuvre], noise_hidden=True))
     assert told <= set(unexplained_channels(found, [manoeuvre]))
     for name, error in errors.items():
         place = manoeuvre.row(name)
@@ -45,3 +45,16 @@ def test_behind_a_recorder_a_residual_has_to_leave_a_share_of_the_motion(value: 
         if error < 1.6 * manoeuvre.noise[place] or share < 0.0024:
             assert name not in told
     assert bool(told) == (value == -1.2)
+
+
+def test_behind_a_recorder_a_small_residual_does_not_count_however_quiet_the_log_is() -> None:
+    """Several times the white noise, and a thousandth of the variance."""
+    noise = {name: 0.02 * level for name, level in NOISE.items()}
+    problem = Problem(undeclared={("C_m", "alpha^2"): -0.05}, noise=noise)
+    model, manoeuvre = problem.prepared(problem.fly())
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    errors = respond(found.model, manoeuvre, found.variance).rms
+    loud = {name for name, error in errors.items() if error > 2.4 * manoeuvre.noise[manoeuvre.row(name)]}
+    assert loud
+    assert loud <= set(unexplained_channels(found, [manoeuvre]))
+    assert unexplained_channels(found, [manoeuvre], noise_hidden=True) == ()

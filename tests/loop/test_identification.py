@@ -268,7 +268,7 @@ def false_alarms(seeds: range) -> int:
     for seed in seeds:
         identified = identify([problem.fly(seed)], declared, settings=JUDGED)
         assert identified.found is not None
-        alarms += judge(identified.found, identified.manoeuvres) is not Verdict.NOTHING_MISSING
+        alarms += judge(identified.found, identified.manoeuvres).verdict is not Verdict.NOTHING_MISSING
     return alarms
 
 

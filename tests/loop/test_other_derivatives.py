@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from equations_decided import decided
+from problems import BOTH_SQUARES, LIGHT, Problem
 
 from aerosid.flight_model.terms import parse_term
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
-from aerosid.loop.settings import LoopSettings
+from aerosid.loop.settings import LoopSettings, Method
 from aerosid.loop.verdict import Verdict, notes_on_other_derivatives
 from aerosid.search.other_derivatives import OtherDerivative, compared_derivatives, other_derivatives_by_equations
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
@@ -40,15 +41,72 @@ def test_a_validation_flight_of_another_loading_is_told_with_its_derivatives(air
     """A centre of gravity further ahead: half as much again of static stability."""
     result = closed(air, Wrong(terms={("C_m", "alpha"): -0.4}))
     (remark,) = remarks(result)
-    assert remark.startswith("unseen shows other derivatives: C_m alpha −1.2")
-    assert remark.count(" there and ") == 1
-    assert result.verdict is not Verdict.EXPLAINED
+    assert remark.startswith("unseen shows other derivatives than the identification: C_m alpha −1.2")
+    assert remark.count("(identification ") == 1
+    assert "unseen shows other derivatives than the identification, as of another" in result.summary
+    assert result.verdict is Verdict.PARTLY_EXPLAINED
     assert ("aero_term", "C_X") in {(effect.kind, effect.where) for effect in result.effects}
 
 
 @pytest.mark.parametrize("air", [0.0, 0.6])
 def test_a_validation_flight_of_the_same_aircraft_is_not(air: float) -> None:
     assert not remarks(closed(air, NOTHING))
+
+
+@pytest.mark.parametrize("method", ["evidence", "iebmee"])
+def test_in_white_noise_it_is_told_by_the_likelihood(method: Method) -> None:
+    """Both of the paper's terms on both flights, and half as much again of static stability on the second."""
+    fitted = Problem(undeclared=BOTH_SQUARES, duration=8.0)
+    ahead = {**BOTH_SQUARES, ("C_m", "alpha"): -0.4}
+    other = Problem(undeclared=ahead, duration=8.0, elevator="3211", amplitude=0.045)
+    settings = replace(JUDGED, method=method)
+    result = close_loop([fitted.fly(1, "doublet")], LIGHT, [other.fly(2, "3211")], settings)
+    assert result.decided_by == ("iebmee" if method == "iebmee" else "likelihood")
+    (remark,) = remarks(result)
+    assert "C_m alpha −" in remark
+    assert result.verdict is Verdict.PARTLY_EXPLAINED
+    if method == "evidence":
+        assert remark.count("(identification ") == 1
+        assert "A significant residual remains" not in result.summary
+        same = replace(other, undeclared=BOTH_SQUARES)
+        assert not remarks(close_loop([fitted.fly(1, "doublet")], LIGHT, [same.fly(2, "3211")], settings))
+
+
+def test_a_declared_structure_without_fault_is_not_called_wrong_for_another_flight() -> None:
+    fitted, other = Problem(duration=8.0), Problem(undeclared={("C_m", "alpha"): -0.4}, elevator="3211", duration=8.0)
+    result = close_loop([fitted.fly(1, "doublet")], LIGHT, [other.fly(2, "3211")], JUDGED)
+    assert result.verdict is Verdict.NOTHING_MISSING
+    assert "3211 shows other derivatives than the identification" in result.summary
+    assert len(remarks(result)) == 1
+
+
+def test_a_derivative_that_the_validation_flight_does_not_determine_is_not_compared() -> None:
+    """A stabiliser that moves on the first flight, to no effect, and is held at 0.01 rad on the second."""
+    body, logs = BODIES[0], []
+    for n, name in enumerate(("one", "two")):
+        log = flown(name, body, SEED + 60 + n, air=0.0)
+        moved = 0.01 * (1.0 + np.sin(0.6 * log.time)) if n == 0 else np.full(log.time.size, 0.01)
+        channels = {**log.channels, "delta_h": moved}
+        logs.append(replace(log, channels=channels, units={**log.units, "delta_h": "rad"}))
+    aircraft = aircraft_of(body, 0.05, np.random.default_rng(SEED))
+    (slope,) = (d for d in aircraft.derivatives if (d.coefficient, str(d.term)) == ("C_m", "delta_e"))
+    stabiliser = replace(slope, term=parse_term("delta_h"))
+    found = decided(replace(aircraft, derivatives=(*aircraft.derivatives, stabiliser)), logs[:1], logs[1:])
+    compared = {each.entry for each in compared_derivatives(found)}
+    assert ("C_m", parse_term("delta_e")) in compared
+    assert ("C_m", parse_term("delta_h")) not in compared
+    assert not other_derivatives_by_equations(found)
+
+
+def test_a_step_of_the_validation_flight_is_no_derivative() -> None:
+    """The position of the elevator is recorded 0.06 rad off from mid-flight on, as of a trim change."""
+    body = BODIES[0]
+    logs = [flown(name, body, SEED + 80 + n, air=0.0) for n, name in enumerate(("one", "two"))]
+    moved = logs[1]["delta_e"] + np.where(logs[1].time > 0.5 * logs[1].time[-1], 0.06, 0.0)
+    logs[1] = replace(logs[1], channels={**logs[1].channels, "delta_e": moved})
+    found = decided(aircraft_of(body, 0.05, np.random.default_rng(SEED)), logs[:1], logs[1:])
+    assert "two" in found.level_shifts
+    assert max(each.distance for each in compared_derivatives(found)) < 4.0
 
 
 def test_estimates_of_two_flights_differ_by_their_standard_errors() -> None:
@@ -76,6 +134,8 @@ def test_a_difference_counts_where_it_is_significant_and_large() -> None:
 def test_a_remark_names_four_derivatives_of_each_flight() -> None:
     rows = [OtherDerivative("b", ("C_m", parse_term(f"alpha^{n}")), n + 1.0, 0.1, n, 0.1) for n in range(1, 7)]
     (one, two) = notes_on_other_derivatives([*rows, replace(rows[0], log="c")])
-    assert one.count(" there and ") == 4
-    assert "2 more" in one
-    assert two.startswith("c shows other derivatives: C_m alpha 2.00 ± 0.10 there and 1.00 ± 0.10 on the")
+    assert one.count("(identification ") == 4
+    assert " and 2 more. The largest difference is 7.1 standard errors." in one
+    assert two.startswith(
+        "c shows other derivatives than the identification: C_m alpha 2.00 ± 0.10 (identification 1.00"
+    )

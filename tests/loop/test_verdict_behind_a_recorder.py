@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from problems import LIGHT, Problem, with_channels
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
@@ -44,3 +45,27 @@ def test_noise_of_a_recorder_is_no_model_error(
     result = close_loop(logs[:1], aircraft_of(BODIES[body], 0.08, np.random.default_rng(body)), logs[1:], JUDGED)
     assert result.decided_by == "equations"
     assert result.verdict in verdicts
+    assert any("every channel" in note for note in result.notes)
+
+
+def test_a_fault_in_white_noise_hides_no_noise() -> None:
+    """A gyro with a dead band of 0.005 rad/s: kinematics are 12 times the noise, and V is not."""
+
+    def dead(log: FlightLog) -> FlightLog:
+        q = np.sign(log["q"]) * np.maximum(np.abs(log["q"]) - 0.005, 0.0)
+        return with_channels(log, q=q)
+
+    logs = [dead(Problem(elevator="3211", amplitude=a).fly(n, f"log {n}")) for n, a in ((1, 0.05), (2, -0.05))]
+    result = close_loop(logs[:1], LIGHT, logs[1:], JUDGED)
+    assert result.decided_by == "equations"
+    assert result.verdict in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
+    assert not any("every channel" in note for note in result.notes)
+
+
+def test_in_turbulence_the_innovations_are_compared_with_the_noise_of_the_last_digits() -> None:
+    logs = [flown(name, BODIES[0], SEED + 50 + n, air=0.6) for n, name in enumerate(("a", "b"))]
+    result = close_loop(logs[:1], aircraft_of(BODIES[0], 0.08, np.random.default_rng(0)), logs[1:], JUDGED)
+    assert [effect.kind for effect in result.effects] == ["gust"]
+    assert result.verdict is Verdict.PARTLY_EXPLAINED
+    (note,) = (note for note in result.notes if "every channel" in note)
+    assert "is part of the innovations" in note

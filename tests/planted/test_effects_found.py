@@ -136,7 +136,7 @@ def searched(log: FlightLog) -> tuple[Attribution, Verdict]:
     """The loop's findings and verdict."""
     identified = identify([log], LIGHT)
     assert identified.found is not None
-    return identified.found, judge(identified.found, identified.manoeuvres)
+    return identified.found, judge(identified.found, identified.manoeuvres).verdict
 
 
 @dataclass(frozen=True)

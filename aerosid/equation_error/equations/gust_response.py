@@ -12,7 +12,7 @@ deviation of as much. In gusts a record is far more accurate than that and deter
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,7 +35,7 @@ FORCE_OF = {"C_m": "C_Z", "C_l": "C_Y", "C_n": "C_Y"}
 
 @dataclass(frozen=True)
 class GustResponseSettings:
-    """Width of what is expected; chosen, no other values were tried.
+    """Width of what is expected; chosen, no other values were tried on recordings.
 
     Attributes
     ----------
@@ -44,11 +44,15 @@ class GustResponseSettings:
         standard deviation away.
     lever : float
         Further standard deviation of a moment's response as a fraction, 1, of its force's derivative: a gust meets the
-        wing before the tail, and a twentieth of a chord is a usual static margin.
+        wing before the tail, and a tenth of a chord, or of the span, is the lever.
+    least : mapping of str to float
+        Least size of a force's derivative, 1/rad, for those widths: an aircraft file may declare a placeholder. Half to
+        two thirds of what aircraft have.
     """
 
     share: float = 0.5
-    lever: float = 0.05
+    lever: float = 0.1
+    least: Mapping[str, float] = field(default_factory=lambda: {"C_Z": 3.0, "C_Y": 0.3})
 
 
 GUST_RESPONSE = GustResponseSettings()
@@ -81,15 +85,20 @@ def expected_gust_responses(model: AerodynamicModel) -> dict[str, GustResponse]:
     """The a-priori response of each coefficient of a declared model that has a derivative by the flow angle."""
     found = {}
     for coefficient in BY_FLOW_ANGLE:
-        derivatives, slope = _derivatives(coefficient, model), derivative_by_flow_angle(coefficient, model)
-        if slope == 0.0:
+        derivatives = _derivatives(coefficient, model)
+        if derivative_by_flow_angle(coefficient, model) == 0.0:
             continue
-        by_lever = GUST_RESPONSE.lever * derivative_by_flow_angle(FORCE_OF.get(coefficient, ""), model)
+        by_lever = GUST_RESPONSE.lever * _size(FORCE_OF[coefficient], model) if coefficient in FORCE_OF else 0.0
         found[coefficient] = GustResponse(
             {entry: (GUST_RESPONSE.share * factor, value) for entry, (factor, value) in derivatives.items()},
-            float(np.hypot(GUST_RESPONSE.share * slope, by_lever)),
+            float(np.hypot(GUST_RESPONSE.share * _size(coefficient, model), by_lever)),
         )
     return found
+
+
+def _size(coefficient: str, model: AerodynamicModel) -> float:
+    """Size of a derivative by the flow angle, of a force no less than a placeholder may be."""
+    return max(abs(derivative_by_flow_angle(coefficient, model)), GUST_RESPONSE.least.get(coefficient, 0.0))
 
 
 def _derivatives(coefficient: str, model: AerodynamicModel) -> dict[Entry, tuple[float, float]]:

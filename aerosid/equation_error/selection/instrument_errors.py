@@ -6,6 +6,7 @@ import functools
 import itertools
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,9 +91,25 @@ class InstrumentErrors:
         """The largest kinematic residual over the in-band noise predicted from successive differences, if white.
 
         About one where white noise is all that is left; moving air, coloured noise and records filtered after the
-        flight leave more. White noise has the same power at each frequency, so that a band of n of N samples has the
-        square root of n/N of its standard deviation. A height integrated from air data, for lack of accelerometers, is
-        left out: it contains the integral of their noise.
+        flight leave more.
+        """
+        return max(self._noise_ratios, default=0.0)
+
+    @property
+    def least_noise_ratio(self) -> float:
+        """The least of the same: about one in white noise even where one instrument is faulty, more behind a recorder.
+
+        A recorder filters or colours all channels, and a fault leaves more in those alone that it reaches.
+        """
+        return min(self._noise_ratios, default=0.0)
+
+    @cached_property
+    def _noise_ratios(self) -> list[float]:
+        """Those of each channel and record.
+
+        White noise has the same power at each frequency, so that a band of n of N samples has the square root of n/N of
+        its standard deviation. A height integrated from air data, for lack of accelerometers, is left out: it contains
+        the integral of their noise.
         """
         found = self.selected.estimate
         ratios = []
@@ -103,7 +120,7 @@ class InstrumentErrors:
             noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
             in_band = noise * float(np.sqrt(residual.size / recording.time.size))
             ratios.append(float(np.std(residual)) / max(in_band, 1e-300))
-        return max(ratios, default=0.0)
+        return ratios
 
 
 def is_testable(hypothesis: Hypothesis) -> bool:
