@@ -17,8 +17,9 @@ from aerosid.reporting.words import effect_name, shown_unit
 DECISIONS = {
     Verdict.EXPLAINED: "Decide whether completed_aircraft.toml replaces the declared model. "
     "Read the open points first.",
-    Verdict.PARTLY_EXPLAINED: "Decide whether to adopt the effects below although a significant residual remains. The "
-    "residual strips show when and in which channels; a manoeuvre that excites these motions gives more information.",
+    Verdict.PARTLY_EXPLAINED: "Decide whether to adopt the effects below although they do not account for all flights: "
+    "the summary says what is open. The residual strips show when and in which channels; a manoeuvre that excites "
+    "these motions gives more information.",
     Verdict.UNEXPLAINED: "Do not adopt a completed model. The residual strips and d(t) show when and in which equation "
     "the declared model fails; look there for a cause that is not in the library.",
     Verdict.NOTHING_MISSING: "No term needs to be added. Decide whether to adopt the re-estimated derivatives "
