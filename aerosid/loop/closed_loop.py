@@ -198,6 +198,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         kinematics=identified.agreement,
         hold_out=tuple(manoeuvre.log for manoeuvre in known.identified.hold_out),
         decided_by_validation=validation_decisions(completed) if identified.validation else (),
+        other_derivatives=others,
         provenance=provenance,
         settings=settings,
         decided_by=known.identified.decided_by,

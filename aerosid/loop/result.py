@@ -28,6 +28,7 @@ from aerosid.loop.verdict import Verdict
 from aerosid.model_error.aircraft_error.force_history import ErrorHistory
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.model_error.paper_chain.screening import RegressorPicture, ScreeningRow
+from aerosid.search.other_derivatives import OtherDerivative
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,6 +81,8 @@ class ClosedLoop:
     """The method that decided: with the default, the one that turbulence and recorder allow."""
     predictions: tuple[PredictionRow, ...] = ()
     """What of each channel the models explain one step and five seconds ahead, and in open loop."""
+    other_derivatives: tuple[OtherDerivative, ...] = ()
+    """Derivatives that differ on a validation log, most significant first."""
     provenance: Provenance = NOBODY
     """Day, settings that are not the usual ones, command line, analyst."""
     settings: LoopSettings = USUAL

@@ -155,7 +155,7 @@ def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
         own = [each for each in others if each.log == log]
         values = [
             f"{' '.join(map(str, each.entry))} {with_deviation(each.value, each.std_error)} "
-            f"(identification {with_deviation(each.fitted, each.fitted_error)})"
+            f"(identification {with_deviation(each.fitted, each.fitted_std_error)})"
             for each in own[:_LISTED]
         ]
         if len(own) > _LISTED:

@@ -285,6 +285,18 @@ class PredictionEntry(Row):
     theil: dict[Text, Number]
 
 
+class OtherDerivativeEntry(Row):
+    """A derivative that differs on a validation log: there, and on the identification logs."""
+
+    log: Text
+    coefficient: Text
+    term: Text
+    value: Number
+    std_error: Number
+    fitted: Number
+    fitted_std_error: Number
+
+
 class InnovationEntry(Row):
     """The whitened residuals of one channel of an identification log."""
 
@@ -348,6 +360,7 @@ class ResultFile(Row):
     fit: tuple[FitEntry, ...] = ()
     innovations: tuple[InnovationEntry, ...] = ()
     predictions: tuple[PredictionEntry, ...] = ()
+    other_derivatives: tuple[OtherDerivativeEntry, ...] = ()
     correlation: CorrelationEntry | None = None
     notes: tuple[Text, ...] = ()
     linear: tuple[LinearEntry, ...] = ()

@@ -57,7 +57,7 @@ OTHER_DERIVATIVES = OtherDerivativeSettings()
 class OtherDerivative:
     """A derivative of the completed structure on a validation flight and on the fitted flights.
 
-    `log`: the validation flight's name; `value`, `std_error` there, `fitted`, `fitted_error` of the fitted flights.
+    `log`: the validation flight's name; `value`, `std_error` there, `fitted`, `fitted_std_error` of the fitted flights.
     """
 
     log: str
@@ -65,17 +65,27 @@ class OtherDerivative:
     value: float
     std_error: float
     fitted: float
-    fitted_error: float
+    fitted_std_error: float
+
+    @property
+    def coefficient(self) -> str:
+        """Its coefficient."""
+        return self.entry[0]
+
+    @property
+    def term(self) -> str:
+        """Its term."""
+        return str(self.entry[1])
 
     @property
     def distance(self) -> float:
         """The difference in its standard deviations."""
-        return abs(self.value - self.fitted) / float(np.hypot(self.std_error, self.fitted_error))
+        return abs(self.value - self.fitted) / float(np.hypot(self.std_error, self.fitted_std_error))
 
     @property
     def is_another(self) -> bool:
         """Whether the difference is significant and large."""
-        errors = self.std_error, self.fitted_error
+        errors = self.std_error, self.fitted_std_error
         if not np.all(np.isfinite(errors)) or not min(errors) > 0.0:
             return False
         return self.distance > OTHER_DERIVATIVES.distance and abs(

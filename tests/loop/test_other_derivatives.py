@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings, Method
 from aerosid.loop.verdict import Verdict, notes_on_other_derivatives
+from aerosid.reporting.result_json import result_text
 from aerosid.search.other_derivatives import OtherDerivative, compared_derivatives, other_derivatives_by_equations
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
@@ -43,6 +45,9 @@ def test_a_validation_flight_of_another_loading_is_told_with_its_derivatives(air
     (remark,) = remarks(result)
     assert remark.startswith("unseen shows other derivatives than the identification: C_m alpha −1.2")
     assert remark.count("(identification ") == 1
+    (row,) = json.loads(result_text(result))["other_derivatives"]
+    assert (row["log"], row["coefficient"], row["term"]) == ("unseen", "C_m", "alpha")
+    assert row["value"] - row["fitted"] == pytest.approx(-0.4, abs=4.0 * row["std_error"])
     assert "unseen shows other derivatives than the identification, as of another" in result.summary
     assert result.verdict is Verdict.PARTLY_EXPLAINED
     assert ("aero_term", "C_X") in {(effect.kind, effect.where) for effect in result.effects}
