@@ -30,14 +30,13 @@ def saturated(log: FlightLog) -> FlightLog:
     return replace(log, channels={**log.channels, "q": np.clip(log["q"], -largest, largest)})
 
 
+FAULTY = {Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED, Verdict.INCONSISTENT_DATA}
+
+
 @pytest.mark.parametrize(
-    ("recorded", "verdicts"),
-    [
-        (intact, {Verdict.NOTHING_MISSING}),
-        (saturated, {Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED, Verdict.INCONSISTENT_DATA}),
-    ],
+    ("body", "recorded", "verdicts"),
+    [(0, intact, {Verdict.NOTHING_MISSING}), (3, intact, {Verdict.NOTHING_MISSING}), (0, saturated, FAULTY)],
 )
-@pytest.mark.parametrize("body", [0, 3])
 def test_noise_of_a_recorder_is_no_model_error(
     body: int, recorded: Callable[[FlightLog], FlightLog], verdicts: set[Verdict]
 ) -> None:
