@@ -26,6 +26,7 @@ from aerosid.equation_error.regression.related_problems import as_compared, weig
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import Alternative, gains_by_deletion
 from aerosid.equation_error.selection.backward_elimination import eliminate_insignificant, improves_prediction
+from aerosid.equation_error.selection.calibration import uncertain_scales
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.competing_alternatives import competing_alternatives
@@ -64,7 +65,6 @@ from aerosid.equation_error.selection.regressor_errors import (
 from aerosid.equation_error.selection.replication import is_replicated
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
-from aerosid.equation_error.selection.vane_calibration import uncertain_scales
 from aerosid.equation_error.selection.wald_tests import (
     EffectEstimate,
     confirmed_unknowns,
@@ -115,7 +115,7 @@ class EquationErrorDecision:
     near_significant : tuple of NearSignificant
         Effects that would be significant as single hypotheses: of kinematics, then of coefficients.
     uncertain_scales : tuple of ActiveEffect
-        Scale factors of vanes that the standard errors contain, at their posterior root-mean-square size.
+        Scale factors of vanes and airspeed that the standard errors contain, at their posterior root-mean-square size.
     level_shifts : mapping of str to tuple of ActiveEffect
         Step changes of validation and further records, by the name of each record.
     regressor_errors : tuple of RegressorErrors

@@ -158,14 +158,6 @@ class EquationErrorSettings:
         half of it alike structures changed places on seed 199 of `benchmarks/field_detection.py`, flight 1.
     nearly : float
         First-order gain in ln L less the penalty, from which a hypothesis is estimated. Chosen.
-    vane_scale : float
-        A-priori standard deviation, 1, of the scale factor error that a calibrated vane retains, by upwash that changes
-        with configuration: where kinematics do not determine it, it is a part of the standard errors of the
-        derivatives. Chosen: two parts in a hundred; found on no data.
-    uncalibrated_vane : (float, float)
-        A-priori probability, 1, that a vane is not calibrated, and the standard deviation, 1, of its scale factor error
-        then: that of `limit_over_usual`. Chosen: one vane in ten; asked for by `benchmarks/field_detection.py`, seeds
-        191 and 192, whose vanes of 0.87 and 1.17 left derivatives four to seven standard errors off.
     near_share, near_deviations : float
         Least gain as a fraction of the penalty, 1, and least t-ratio by corrected standard errors of a near-significant
         effect: among so many hypotheses most of those ranked first by chance gain less. Chosen.
@@ -285,8 +277,6 @@ class EquationErrorSettings:
     clearly: float = 1.0
     contradiction: float = 20.0
     nearly: float = -4.0
-    vane_scale: float = 0.02
-    uncalibrated_vane: tuple[float, float] = (0.1, 0.1)
     near_share: float = 0.5
     near_deviations: float = 2.0
     agreement: float = 3.0

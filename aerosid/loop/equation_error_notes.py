@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.channels import AIRSPEED
 from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
 from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.near_significant import NearSignificant
@@ -99,16 +100,18 @@ def notes_on_bridged_holes(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def note_on_vane_scale(active: ActiveEffect) -> str | None:
-    """Note on the part of the standard errors that is a vane's scale factor; None where it is negligible."""
+def note_on_calibration(active: ActiveEffect) -> str | None:
+    """Note on the part of the standard errors that is a scale factor of vane or airspeed; None where negligible."""
     size, where = abs(active.held[0] - 1.0), active.effect.where
     if size < NOTED_SCALE:
         return None
+    contained = f"the derivatives by {where} contain the scale factor of its vane"
+    if where == AIRSPEED:
+        contained = f"all derivatives contain twice the scale factor of {where}"
     return (
-        f"The standard errors of the derivatives by {where} contain the scale factor of its vane, known to "
-        f"{number(100.0 * size, 2)} % by kinematics and the usual accuracy of a calibration together. If the vane is "
-        f'calibrated better than that, declare so in the aircraft file: kind = "sensor_scale", where = "{where}", '
-        "value = 1.0 in [[effects]]."
+        f"The standard errors of {contained}, known to {number(100.0 * size, 2)} % by kinematics and the usual "
+        "accuracy of a calibration together. If it is calibrated better than that, declare so in the aircraft file: "
+        f'kind = "sensor_scale", where = "{where}", value = 1.0 in [[effects]].'
     )
 
 

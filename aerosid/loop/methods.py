@@ -15,13 +15,13 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.equation_error_notes import (
+    note_on_calibration,
     note_on_damping,
     note_on_delay,
     note_on_hidden_noise,
     note_on_near_significant,
     note_on_regressor_errors,
     note_on_supported_error,
-    note_on_vane_scale,
     notes_on_bridged_holes,
 )
 from aerosid.loop.identification_problem import IdentificationProblem
@@ -185,7 +185,7 @@ def _by_equations(
         if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
     )
     notes += tuple(note_on_near_significant(row) for row in decision.near_significant)
-    notes += tuple(note for scale in decision.uncertain_scales if (note := note_on_vane_scale(scale)))
+    notes += tuple(note for scale in decision.uncertain_scales if (note := note_on_calibration(scale)))
     notes += tuple(note for row in decision.regressor_errors if (note := note_on_regressor_errors(row)))
     if decision.damping is not None:
         notes = (*notes, note_on_damping(decision.damping))

@@ -70,7 +70,8 @@ def test_an_implausible_centre_of_gravity_is_no_alternative_of_elevator_lift() -
     assert all(row.hypothesis.kind != "cg_shift" for row in found.alternatives)
     place = found.completed.design.unknowns.index(("term", ("C_m", parse_term("alpha"))))
     deviation, value = float(np.sqrt(found.covariance[place, place])), found.completed.solution.values[place]
-    (vane,) = found.uncertain_scales  # its part is tested in test_vane_calibration.py
-    beside_vane = np.sqrt(deviation**2 - (value * (vane.held[0] - 1.0)) ** 2)
-    assert beside_vane < 0.025
+    sizes = {scale.effect.where: abs(scale.held[0] - 1.0) for scale in found.uncertain_scales}
+    # Their parts are tested in test_calibration.py.
+    beside_scales = np.sqrt(deviation**2 - (value * sizes["alpha"]) ** 2 - (2.0 * value * sizes["V"]) ** 2)
+    assert beside_scales < 0.025
     assert abs(value - body.terms["C_m", "alpha"]) < 3.0 * deviation

@@ -13,6 +13,7 @@ from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.calibration import VANE, posterior_size
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,
     linearised,
@@ -20,8 +21,6 @@ from aerosid.equation_error.selection.candidates import (
     with_aircraft_limits,
 )
 from aerosid.equation_error.selection.cross_validation import validation_residuals
-from aerosid.equation_error.selection.vane_calibration import posterior_size
-from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
@@ -110,8 +109,7 @@ def test_a_lagging_accelerometer_is_found_in_gusts(seed: int) -> None:
     place = found.completed.design.unknowns.index(("term", ("C_Z", parse_term("alpha"))))
     slope, error = found.completed.solution.values[place], np.sqrt(found.covariance[place, place])
     assert abs(slope - SINGLE.terms["C_Z", "alpha"]) < 3.0 * error
-    settings = EquationErrorSettings()
-    calibration = posterior_size(0.0, np.inf, settings.vane_scale, *settings.uncalibrated_vane)  # before the kinematics
+    calibration = posterior_size(0.0, np.inf, VANE)  # before the kinematics
     assert error < np.hypot(0.02, calibration) * abs(slope)
 
 

@@ -1,7 +1,8 @@
-"""Calibration uncertainty of a vane: its posterior by numerical integration, and what it adds to the derivatives."""
+"""Calibration uncertainty of vane and airspeed: posterior by numerical integration, and what it adds to derivatives."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,14 +14,15 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from aerosid.aircraft.reading import aircraft_from_text
+from aerosid.effects import ActiveEffect
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import last_parameter
+from aerosid.equation_error.selection.calibration import PITOT_TUBE, VANE, Calibration, posterior_size, uncertain_scales
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.equation_error.selection.vane_calibration import posterior_size, uncertain_scales
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.equation_error_notes import note_on_vane_scale
+from aerosid.loop.equation_error_notes import note_on_calibration
 from aerosid.loop.settings import LoopSettings
 from aerosid.notation import number
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -53,25 +55,31 @@ def test_the_posterior_is_that_of_the_prior_and_the_kinematics(
 ) -> None:
     errors, _ = uncertain
     assert not errors.selected.chosen
-    (scale,) = uncertain_scales(errors.selected, errors.hypotheses, ())
-    assert scale.name == ("sensor_scale", "alpha")
+    scale = of_vane(uncertain_scales(errors.selected, errors.hypotheses, ()))
     base = errors.selected.estimate
     (hypothesis,) = [h for h in errors.hypotheses if h.label == ("sensor_scale", "alpha", "")]
     found = estimate(base.problem, with_hypothesis(base.point, hypothesis), base.solution.weights)
     _, value, error = last_parameter(found, hypothesis)
 
-    settings = base.problem.settings
-    expected = integrated(value - 1.0, error, settings.vane_scale, *settings.uncalibrated_vane)
+    expected = integrated(value - 1.0, error, VANE)
     (shown,) = scale.held
     assert_allclose(abs(shown - 1.0), expected, rtol=0.05)
     assert (shown > 1.0) == (value > 1.0)
 
 
-def integrated(found: float, error: float, calibrated: float, probability: float, uncalibrated: float) -> float:
+def of_vane(scales: Sequence[ActiveEffect]) -> ActiveEffect:
+    """That of the vane; the other is that of the airspeed."""
+    assert {scale.name for scale in scales} == {("sensor_scale", "alpha"), ("sensor_scale", "V")}
+    (vane,) = (scale for scale in scales if scale.effect.where == "alpha")
+    return vane
+
+
+def integrated(found: float, error: float, usual: Calibration) -> float:
     """Root mean square of the posterior of a scale factor error, by quadrature."""
 
     def density(size: float) -> float:
-        prior = (1.0 - probability) * norm.pdf(size, 0.0, calibrated) + probability * norm.pdf(size, 0.0, uncalibrated)
+        calibrated = (1.0 - usual.probability) * norm.pdf(size, 0.0, usual.accuracy)
+        prior = calibrated + usual.probability * norm.pdf(size, 0.0, usual.uncalibrated)
         return float(norm.pdf(size, found, error) * prior)
 
     total, square = (
@@ -84,22 +92,23 @@ def integrated(found: float, error: float, calibrated: float, probability: float
 @pytest.mark.parametrize("found", [0.0, 0.03, -0.106, 0.2])
 @pytest.mark.parametrize("error", [0.005, 0.03, 0.08])
 def test_the_size_is_that_of_the_posterior_by_quadrature(found: float, error: float) -> None:
-    assert_allclose(posterior_size(found, error, 0.02, 0.1, 0.1), integrated(found, error, 0.02, 0.1, 0.1), rtol=1e-6)
+    assert_allclose(posterior_size(found, error, VANE), integrated(found, error, VANE), rtol=1e-6)
 
 
 def test_without_kinematics_the_prior_is_left_and_a_contradiction_is_believed() -> None:
     """A calibrated vane that kinematics put .1 +- .03 off is probably none; a normal prior would leave it .035 off."""
     prior = np.sqrt(0.9 * 0.02**2 + 0.1 * 0.1**2)
-    assert_allclose(posterior_size(0.0, np.inf, 0.02, 0.1, 0.1), prior)
-    assert_allclose(posterior_size(0.3, 1e6, 0.02, 0.1, 0.1), prior, rtol=1e-6)
-    assert posterior_size(0.1, 0.03, 0.02, 0.0, 0.1) < 0.036
-    assert posterior_size(0.1, 0.03, 0.02, 0.1, 0.1) > 0.06
+    assert_allclose(posterior_size(0.0, np.inf, VANE), prior)
+    assert_allclose(posterior_size(0.3, 1e6, VANE), prior, rtol=1e-6)
+    assert posterior_size(0.1, 0.03, Calibration(0.02, 0.0, 0.1)) < 0.036
+    assert posterior_size(0.1, 0.03, VANE) > 0.06
 
 
 def test_a_vane_whose_scale_was_identified_is_not_uncertain() -> None:
     errors, _ = flights(4, 1.1, 0.2)
     assert ("sensor_scale", "alpha", "") in errors.selected.labels
-    assert uncertain_scales(errors.selected, errors.hypotheses, errors.selected.estimate.point.effects) == ()
+    scales = uncertain_scales(errors.selected, errors.hypotheses, errors.selected.estimate.point.effects)
+    assert [scale.name for scale in scales] == [("sensor_scale", "V")]
 
 
 def test_the_derivatives_by_alpha_are_as_uncertain_as_the_scale(
@@ -107,7 +116,7 @@ def test_the_derivatives_by_alpha_are_as_uncertain_as_the_scale(
 ) -> None:
     errors, decision = uncertain
     truth = BODIES[0].terms
-    (scale,) = uncertain_scales(errors.selected, errors.hypotheses, ())
+    scale = of_vane(uncertain_scales(errors.selected, errors.hypotheses, ()))
     deviations = np.sqrt(np.diag(decision.covariance))
     values = decision.completed.solution.values
     unknowns = decision.completed.design.unknowns
@@ -121,12 +130,46 @@ def test_the_note_gives_the_scale_and_how_to_declare_a_calibration(
     uncertain: tuple[InstrumentErrors, EquationErrorDecision],
 ) -> None:
     _, decision = uncertain
-    (scale,) = decision.uncertain_scales
-    note = note_on_vane_scale(scale)
+    scale = of_vane(decision.uncertain_scales)
+    note = note_on_calibration(scale)
     assert note is not None
     assert f"known to {number(100.0 * abs(scale.held[0] - 1.0), 2)} %" in note
     assert 'kind = "sensor_scale", where = "alpha"' in note
-    assert note_on_vane_scale(replace(scale, held=(1.001,))) is None
+    assert note_on_calibration(replace(scale, held=(1.001,))) is None
+
+
+def test_every_derivative_is_as_uncertain_as_the_dynamic_pressure(
+    uncertain: tuple[InstrumentErrors, EquationErrorDecision],
+) -> None:
+    errors, decision = uncertain
+    (scale,) = (each for each in decision.uncertain_scales if each.effect.where == "V")
+    base = errors.selected.estimate
+    (hypothesis,) = [h for h in errors.hypotheses if h.label == ("sensor_scale", "V", "")]
+    found = estimate(base.problem, with_hypothesis(base.point, hypothesis), base.solution.weights)
+    _, value, error = last_parameter(found, hypothesis)
+    size = abs(scale.held[0] - 1.0)
+    assert_allclose(size, integrated(value - 1.0, error, PITOT_TUBE), rtol=0.05)
+    deviations = np.sqrt(np.diag(decision.covariance))
+    design, values = decision.completed.design, decision.completed.solution.values
+    for name in (("C_Z", "alpha"), ("C_m", "alpha"), ("C_m", "delta_e")):
+        place = design.unknowns.index(("term", entry(*name)))
+        assert deviations[place] > 1.8 * size * abs(values[place])
+    note = note_on_calibration(replace(scale, held=(1.012,)))
+    assert note is not None
+    assert "all derivatives contain twice the scale factor of V, known to 1.2 %" in note
+
+
+def test_an_airspeed_off_by_one_and_a_half_per_cent_leaves_the_derivatives_within_three_standard_errors() -> None:
+    body = BODIES[0]
+    wrong = Wrong(scale={"V": 1.015})
+    logs = [flown(name, body, SEEDS + 70 + n, air=0.8, wrong=wrong) for n, name in enumerate(("one", "two"))]
+    decision = decided(aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 7)), logs[:1], logs[1:])
+    assert not [row for row in decision.findings if row.hypothesis.where == "V"]
+    deviations = np.sqrt(np.diag(decision.covariance))
+    for n, unknown in enumerate(decision.completed.design.unknowns):
+        if unknown[0] == "term" and unknown[1][1].factors:  # type: ignore[index]
+            true = body.terms[unknown[1][0], str(unknown[1][1])]  # type: ignore[index]
+            assert abs(decision.completed.solution.values[n] - true) < 3.0 * deviations[n]
 
 
 def test_a_declared_calibration_is_believed() -> None:
