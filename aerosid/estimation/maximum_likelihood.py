@@ -52,6 +52,8 @@ class Refinement:
         for.
     placed : dict
         Effects as they act on logs that were not fitted, stored at first use: by name, start and samples.
+    on_others : dict
+        The structure re-estimated on such logs, None where no estimate exists, likewise.
     """
 
     model: AerodynamicModel
@@ -65,6 +67,9 @@ class Refinement:
     held_to_data: float = 0.0
     seen_on_others: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict, repr=False, compare=False)
     placed: dict[tuple[str, float, int], tuple[ActiveEffect, ...]] = field(
+        init=False, default_factory=dict, repr=False, compare=False
+    )
+    on_others: dict[tuple[str, float, int], Refinement | None] = field(
         init=False, default_factory=dict, repr=False, compare=False
     )
 
