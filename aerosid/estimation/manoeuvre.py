@@ -104,6 +104,12 @@ class Manoeuvre:
             return float(np.nanmean(self.measured("V")))
         return float(np.nanmean(self.flight.inputs[:, self.columns.index("V")]))
 
+    @property
+    def span(self) -> tuple[str, float, int]:
+        """Name, start, s, and number of samples: which part of which log it is."""
+        time = self.flight.time
+        return self.name, float(time[0]), int(time.size)
+
     @cached_property
     def spread(self) -> NDArray[np.float64]:
         """Standard deviation of each output's samples, (m,), SI; 1 where nothing was measured."""

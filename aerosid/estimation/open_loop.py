@@ -154,8 +154,7 @@ def on_log(completed: Refinement, manoeuvre: Manoeuvre, fuller: Refinement | Non
     step_changes = [active for active in completed.effects if is_step_change(active) and active.log != manoeuvre.name]
     if not step_changes or any(active.log == manoeuvre.name for active in completed.effects):
         return own
-    time = manoeuvre.flight.time
-    log = manoeuvre.name, float(time[0]), int(time.size)
+    log = manoeuvre.span
     if log not in completed.placed:
         theirs = None if fuller is None else fuller.placed.get(log)
         near = None if theirs is None else instants_of(theirs, manoeuvre)

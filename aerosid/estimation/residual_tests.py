@@ -17,9 +17,8 @@ def unexplained_channels(
 ) -> tuple[str, ...]:
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
-    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a
-    recorder hides the noise, a residual counts that exceeds the white noise by more and leaves a share of the channel's
-    variance.
+    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a recorder hides
+    the noise, a residual counts that exceeds the white noise by more and leaves a share of the channel's variance.
     """
     level = np.sqrt(refinement.variance)
     least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio

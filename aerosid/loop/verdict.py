@@ -154,7 +154,7 @@ def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
     for log in dict.fromkeys(each.log for each in others):
         own = [each for each in others if each.log == log]
         values = [
-            f"{' '.join(map(str, each.entry))} {with_deviation(each.value, each.std_error)} "
+            f"{each.coefficient} {each.term} {with_deviation(each.value, each.std_error)} "
             f"(identification {with_deviation(each.fitted, each.fitted_std_error)})"
             for each in own[:_LISTED]
         ]

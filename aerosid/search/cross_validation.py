@@ -72,8 +72,7 @@ def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
 
 def re_estimated_on(completed: Refinement, manoeuvre: Manoeuvre) -> Refinement | None:
     """The structure re-estimated on a flight that was not fitted, once; None where no estimate exists."""
-    time = manoeuvre.flight.time
-    log = manoeuvre.name, float(time[0]), int(time.size)
+    log = manoeuvre.span
     if log not in completed.on_others:
         completed.on_others[log] = _re_estimated_on(completed, manoeuvre)
     return completed.on_others[log]

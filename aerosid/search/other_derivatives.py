@@ -88,9 +88,8 @@ class OtherDerivative:
         errors = self.std_error, self.fitted_std_error
         if not np.all(np.isfinite(errors)) or not min(errors) > 0.0:
             return False
-        return self.distance > OTHER_DERIVATIVES.distance and abs(
-            self.value - self.fitted
-        ) > OTHER_DERIVATIVES.share * abs(self.fitted)
+        is_large = abs(self.value - self.fitted) > OTHER_DERIVATIVES.share * abs(self.fitted)
+        return is_large and self.distance > OTHER_DERIVATIVES.distance
 
 
 def other_derivatives_by_likelihood(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,14 @@ class ExpectedValues:
     def inform(self, information: Array, vector: Array) -> None:
         """Add what they know to normal equations of at least P unknowns, in place: (Q, Q) and right side (Q,)."""
         count = self.rows.shape[1]
-        information[:count, :count] += self.rows.T @ self.rows
-        vector[:count] += self.rows.T @ self.values
+        own_information, own_vector = self._normal_equations
+        information[:count, :count] += own_information
+        vector[:count] += own_vector
+
+    @cached_property
+    def _normal_equations(self) -> tuple[Array, Array]:
+        """Their own: a design is solved several times."""
+        return self.rows.T @ self.rows, self.rows.T @ self.values
 
     def without(self, removed: Collection[int]) -> ExpectedValues:
         """The relations with some unknowns zero."""
