@@ -8,6 +8,7 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import AIRSPEED
+from aerosid.equation_error.selection.control_dependence import DEPENDENCE, ControlDependence, dependent
 from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
 from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.near_significant import NearSignificant
@@ -160,14 +161,39 @@ def note_on_damping(damping: DampingCollinearity) -> str:
 
 def note_on_hidden_noise(found: Attribution) -> str:
     """Note on what counts as a residual where a recorder hides the noise."""
+    hidden = "The recorder filters or colours every channel:"
+    if found.dependence is not None:
+        alarms = number(100.0 * DEPENDENCE.false_alarm, 1)
+        return (
+            f"{hidden} in turbulence neither open-loop errors nor innovations tell a missing effect from the air and "
+            "the recorder. A residual counts as significant where it depends on the controls (F test of each "
+            f"coefficient's whitened residual on each log, {alarms} % false alarms in all): "
+            f"{_dependences(found.dependence)}. What happens without the controls, as a drift of the trim, this does "
+            "not show."
+        )
     told = (
-        "The recorder filters or colours every channel: the last digits of the logs do not show their noise. A channel "
+        f"{hidden} the last digits of the logs do not show their noise. A channel "
         f"counts as explained with an open-loop error of up to {number(RESIDUAL_TESTS.recorded_ratio)} times what they "
         f"show, or of up to {number(100.0 * RESIDUAL_TESTS.recorded_share)} % of its variance in the record."
     )
     if found.in_turbulence is None:
         return told
     return (
-        "The recorder filters or colours every channel: in turbulence its noise is part of the innovations that are "
-        "tested, and a significant residual is no evidence of a missing effect by itself."
+        f"{hidden} in turbulence its noise is part of the innovations that are tested, and a significant residual is "
+        "no evidence of a missing effect by itself."
+    )
+
+
+def _dependences(rows: Sequence[ControlDependence]) -> str:
+    """The coefficients that depend on the controls, the most certain first; of none the nearest to it."""
+    shown = sorted(dependent(rows), key=lambda row: row.p_value)
+    if not shown:
+        nearest = min(rows, key=lambda row: row.p_value)
+        return f"none does (least p-value {number(nearest.p_value, 2)}, {nearest.coefficient} of {nearest.recording})"
+    return listed(
+        [
+            f"{row.coefficient} of {row.recording} (p-value {number(row.p_value, 2)}, "
+            f"{number(100.0 * row.share, 2)} % of its variance)"
+            for row in shown
+        ]
     )

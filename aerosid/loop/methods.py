@@ -9,6 +9,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.compiled.replicas import replicated
 from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.equation_error.selection.control_dependence import ControlDependence, dependence_on_records
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.estimation.fit_settings import NEARBY, RESIDUAL_TESTS, WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
@@ -195,9 +196,18 @@ def _by_equations(
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
     if instrument_errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio:
-        found, notes = replace(found, noise_hidden=True), (*notes, note_on_hidden_noise(found))
+        found = replace(found, noise_hidden=True, dependence=_dependence(decision))
+        notes = (*notes, note_on_hidden_noise(found))
     agreement = problem.agreement(settings)
     return MethodResult(found, search, notes=notes, method="equations", agreement=agreement, decision=decision)
+
+
+def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...] | None:
+    """The test of the completed structure's residuals against the controls; None without turbulence."""
+    if not decision.turbulence:
+        return None
+    instruments = len(decision.kinematic_estimate.point.effects)
+    return dependence_on_records(decision.completed, instruments, decision.level_shifts)
 
 
 def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:

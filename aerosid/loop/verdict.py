@@ -10,6 +10,7 @@ import numpy as np
 
 from aerosid.effects import KINDS
 from aerosid.effects.refutation import Refutation, Refuted
+from aerosid.equation_error.selection.control_dependence import dependent
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.loop.effect_rows import Effect
@@ -57,14 +58,18 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     Notes
     -----
     In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation, and
-    follow any slow motion: they are compared with the white noise, known or not.
+    follow any slow motion: they are compared with the white noise, known or not. Where a recorder hides that too,
+    neither tells a missing effect from the air, and the coefficients' residuals are tested against the controls.
     """
     if not found.findings and not is_excited(found, manoeuvres):
         return Judgement(Verdict.NOT_EXCITED, leaves_residual=False)
-    hidden = found.noise_hidden and found.in_turbulence is None
-    leaves = bool(unexplained_channels(found.tested, manoeuvres, noise_hidden=hidden)) or any(
-        is_inadequate_on(found.tested, each, noise_hidden=hidden) for each in validation
-    )
+    if found.dependence is not None:
+        leaves = bool(dependent(found.dependence))
+    else:
+        hidden = found.noise_hidden and found.in_turbulence is None
+        leaves = bool(unexplained_channels(found.tested, manoeuvres, noise_hidden=hidden)) or any(
+            is_inadequate_on(found.tested, each, noise_hidden=hidden) for each in validation
+        )
     if not found.findings:
         return Judgement(Verdict.UNEXPLAINED if leaves else Verdict.NOTHING_MISSING, leaves)
     partly = leaves or bool(found.other_derivatives)

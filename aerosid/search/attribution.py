@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refutation, Refuted
+from aerosid.equation_error.selection.control_dependence import ControlDependence
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.filter_error import FilterError, filter_error, widened
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -75,6 +76,9 @@ class Attribution:
     noise_hidden : bool
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.
+    dependence : tuple of ControlDependence, optional
+        Test of each coefficient's residual against the controls, where turbulence and a recorder that hides the noise
+        leave no other; None where residuals are compared with the noise.
     """
 
     before: Refinement
@@ -92,6 +96,7 @@ class Attribution:
     r_squared: tuple[CoefficientRow, ...] = ()
     other_derivatives: tuple[OtherDerivative, ...] = ()
     noise_hidden: bool = False
+    dependence: tuple[ControlDependence, ...] | None = None
     in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
 

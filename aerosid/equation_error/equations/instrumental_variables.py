@@ -49,10 +49,53 @@ def instrumental_variables(
     """
     if not any(_moving_controls(recording) for recording in recordings):
         return (None,) * len(recordings)
-    trials = [
+    trials = _trials(recordings, settings)
+    return tuple(trials[_most_explained(recordings, trials)])
+
+
+def responses_to_controls(
+    recordings: Sequence[Recording], settings: EquationErrorSettings, shifts: Sequence[float] = (0.0,)
+) -> tuple[list[Array], ...] | tuple[None, ...]:
+    """Functions of the controls of each record in the band, (n, K) for each shift; None without a recorded control.
+
+    The functions are those of the instrumental variables, without trends, and the squares of the low-pass ones, which a
+    force or moment follows that is even in a control or in the motion.
+
+    Parameters
+    ----------
+    shifts : sequence of float
+        Fractions of a record, 1, by which its controls are late, those of its end at its beginning.
+    """
+    if not any(_moving_controls(recording) for recording in recordings):
+        return (None,) * len(recordings)
+    time_constant = settings.laguerre_times[_most_explained(recordings, _trials(recordings, settings))]
+    return tuple(
+        [recording.band(_with_squares(recording, settings, time_constant, shift)) for shift in shifts]
+        for recording in recordings
+    )
+
+
+def _with_squares(recording: Recording, settings: EquationErrorSettings, time_constant: float, shift: float) -> Array:
+    """Laguerre functions of the controls and squares of the first of each set, (N, K)."""
+    sets = _laguerre_sets(recording, settings, time_constant, round(shift * recording.time.size))
+    return np.hstack([np.empty((recording.time.size, 0)), *sets, *(functions[:, :1] ** 2 for functions in sets)])
+
+
+def trends_in_band(recording: Recording) -> Array:
+    """Constant, line and parabola over a record in the band, (n, 3)."""
+    return recording.band(_trends(recording))
+
+
+def _trials(recordings: Sequence[Recording], settings: EquationErrorSettings) -> list[list[Array]]:
+    """The instrumental variables of each record by each time constant of the settings."""
+    return [
         [orthonormal(recording.band(_functions(recording, settings, time))) for recording in recordings]
         for time in settings.laguerre_times
     ]
+
+
+def _most_explained(recordings: Sequence[Recording], trials: Sequence[Sequence[Array]]) -> int:
+    """Index of the trial that explains most of the angular rates, each by its fraction of variance."""
     explained = np.zeros(len(trials))
     for name in equations_of(recordings[0].manoeuvre.axes).rates:
         rates = [recording.band(recording.channels[name]) for recording in recordings]
@@ -61,18 +104,28 @@ def instrumental_variables(
             sum(float(np.sum((basis.T @ rate) ** 2)) for basis, rate in zip(trial, rates, strict=True)) / whole
             for trial in trials
         ]
-    return tuple(trials[int(np.argmax(explained))])
+    return int(np.argmax(explained))
 
 
 def _functions(recording: Recording, settings: EquationErrorSettings, time_constant: float) -> Array:
     """Trends, and fast and slow Laguerre functions of every control that moves, (N, K)."""
-    columns = [np.vander(np.linspace(-1.0, 1.0, recording.time.size), TRENDS)]
-    for values in _moving_controls(recording):
-        columns.extend(
-            laguerre_functions(values - values[0], recording.interval, time, settings.laguerre_order)
-            for time in (time_constant, settings.laguerre_slower * time_constant)
-        )
-    return np.hstack(columns)
+    return np.hstack([_trends(recording), *_laguerre_sets(recording, settings, time_constant)])
+
+
+def _trends(recording: Recording) -> Array:
+    """Constant, line and parabola over a record, (N, 3)."""
+    return np.vander(np.linspace(-1.0, 1.0, recording.time.size), TRENDS)
+
+
+def _laguerre_sets(
+    recording: Recording, settings: EquationErrorSettings, time_constant: float, shift: int = 0
+) -> list[Array]:
+    """Fast and slow Laguerre functions of every control that moves, `shift` samples late, (N, order) each."""
+    return [
+        laguerre_functions(np.roll(values - values[0], shift), recording.interval, time, settings.laguerre_order)
+        for values in _moving_controls(recording)
+        for time in (time_constant, settings.laguerre_slower * time_constant)
+    ]
 
 
 def _moving_controls(recording: Recording) -> list[Array]:
