@@ -165,7 +165,7 @@ def note_on_hidden_noise(found: Attribution) -> str:
     if found.dependence is not None:
         alarms = number(100.0 * DEPENDENCE.false_alarm, 1)
         return (
-            f"{hidden} in turbulence neither open-loop errors nor innovations tell a missing effect from the air and "
+            f"{hidden} in moving air neither open-loop errors nor innovations tell a missing effect from the air and "
             "the recorder. A residual counts as significant where it depends on the controls (F test of each "
             f"coefficient's whitened residual on each log, {alarms} % false alarms in all): "
             f"{_dependences(found.dependence)}. What happens without the controls, as a drift of the trim, this does "

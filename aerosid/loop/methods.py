@@ -11,6 +11,7 @@ from aerosid.compiled.replicas import replicated
 from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.selection.control_dependence import ControlDependence, dependence_on_records
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.turbulence import may_be_turbulent
 from aerosid.estimation.fit_settings import NEARBY, RESIDUAL_TESTS, WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.residual_tests import unexplained_channels
@@ -203,8 +204,8 @@ def _by_equations(
 
 
 def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...] | None:
-    """The test of the completed structure's residuals against the controls; None without turbulence."""
-    if not decision.turbulence:
+    """The test of the completed structure's residuals against the controls; None in calm air."""
+    if not may_be_turbulent(decision.completed):
         return None
     instruments = len(decision.kinematic_estimate.point.effects)
     return dependence_on_records(decision.completed, instruments, decision.level_shifts)

@@ -77,7 +77,7 @@ class Attribution:
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.
     dependence : tuple of ControlDependence, optional
-        Test of each coefficient's residual against the controls, where turbulence and a recorder that hides the noise
+        Test of each coefficient's residual against the controls, where moving air and a recorder that hides the noise
         leave no other; None where residuals are compared with the noise.
     """
 

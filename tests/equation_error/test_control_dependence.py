@@ -21,7 +21,9 @@ from aerosid.equation_error.selection.control_dependence import (
     control_dependence,
     dependent,
 )
+from aerosid.equation_error.selection.turbulence import may_be_turbulent
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.equation_error_notes import note_on_hidden_noise
 from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
 from benchmarks.planted_aircraft import Body
@@ -112,6 +114,16 @@ def test_what_is_even_in_the_motion_is_seen_by_the_squares() -> None:
     assert row.share > 0.01
 
 
+def test_the_air_is_in_doubt_in_the_lightest_turbulence_and_rarely_in_calm_air() -> None:
+    """Two standard errors of the response to gusts: one calm flight in forty by chance, here one in twenty at most."""
+    moving, calm = (
+        sum(may_be_turbulent(estimated(body, log_of(body, 200 + n, air=air))) for n, body in enumerate(BODIES))
+        for air in (0.15, 0.0)
+    )
+    assert moving == len(BODIES)
+    assert calm <= binom.ppf(0.999, len(BODIES), 0.05)
+
+
 def test_too_few_samples_and_resting_controls_are_not_tested() -> None:
     body = BODIES[0]
     log = log_of(body, 90)
@@ -138,3 +150,11 @@ def test_turbulence_behind_a_recorder_is_no_residual_and_a_dependence_on_the_con
     assert judged == (Verdict.EXPLAINED, False)
     lacking = replace(found, dependence=(*found.dependence, ControlDependence("a", "C_m", 1e-6, 0.05)))
     assert judge(lacking, identified.manoeuvres, identified.validation) == (Verdict.PARTLY_EXPLAINED, True)
+    told = (
+        note_on_hidden_noise(found),
+        note_on_hidden_noise(lacking),
+        note_on_hidden_noise(replace(found, dependence=None)),
+    )
+    assert "none does (least p-value" in told[0]
+    assert "C_m of a (p-value 1.0·10⁻⁶, 5.0 % of its variance)" in told[1]
+    assert "is part of the innovations" in told[2]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from aerosid.equation_error.equations.gust_response import derivative_by_flow_angle
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.control_dependence import DEPENDENCE
 
 Array = NDArray[np.float64]
 
@@ -54,6 +55,21 @@ def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...
     return tuple(each for each in gusts if each is not None)
 
 
+def may_be_turbulent(found: Estimate) -> bool:
+    """Whether a force responds to what its vane shows over the inertial path, by any chance level worth a doubt.
+
+    Less than `turbulence_of` asks for: on a recorder of coarse resolution the vane's noise hides gusts of .3 m/s, and
+    the response of the force to what it shows is a tenth to a third of the derivative.
+
+    Parameters
+    ----------
+    found : Estimate
+        Of the coefficient equations.
+    """
+    responses = (_response(sensors.force, found) for sensors in GUST_SENSORS)
+    return any(each is not None and each[0] > DEPENDENCE.moving_air * each[1] for each in responses)
+
+
 def gust_fraction(kinematic: Estimate, vane: str) -> float:
     """RMS of a vane's residual over the inertial path of the identification records, over its total RMS, 1.
 
@@ -71,13 +87,10 @@ def gust_fraction(kinematic: Estimate, vane: str) -> float:
 
 def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> Turbulence | None:
     """The turbulence along one axis; None where vane and force do not agree."""
-    design = found.design
-    slope = derivative_by_flow_angle(sensors.force, found.point.model)
-    if slope == 0.0 or ("gust", sensors.force) not in design.unknowns:
+    design, responding = found.design, _response(sensors.force, found)
+    if responding is None:
         return None
-    index = design.unknowns.index(("gust", sensors.force))
-    response = float(found.solution.values[index]) / slope
-    error = float(np.sqrt(corrected_covariance(design, found.solution)[index, index])) / abs(slope)
+    response, error = responding
     # Vane noise reduces the estimated response unless it is small compared with the gusts.
     settings = found.problem.settings
     margin = settings.gust_answer * error
@@ -101,3 +114,13 @@ def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> T
     sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(response, 1.0)))
     error_of_sigma = sigma / float(np.sqrt(2.0 * max(independent, 2.0)))
     return Turbulence(sensors.kind, sigma, error_of_sigma, float(np.median(memories)), response, error)
+
+
+def _response(force: str, found: Estimate) -> tuple[float, float] | None:
+    """Response of a force to its vane's gusts over its derivative, 1, and its standard error; None without a vane."""
+    design, slope = found.design, derivative_by_flow_angle(force, found.point.model)
+    if slope == 0.0 or ("gust", force) not in design.unknowns:
+        return None
+    index = design.unknowns.index(("gust", force))
+    error = float(np.sqrt(corrected_covariance(design, found.solution)[index, index])) / abs(slope)
+    return float(found.solution.values[index]) / slope, error
