@@ -42,6 +42,7 @@ from aerosid.loop.verdict import (
     Verdict,
     judge,
     notes_on_coloured_noise,
+    notes_on_lowered,
     notes_on_other_derivatives,
     notes_on_refuted,
     summarise,
@@ -166,8 +167,8 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     gains = prediction_gains(completed, known.search, identified.validation, identified.hold_out)
     effects = effect_rows(completed, {}, *gains)
     rows = known.rows(None)
-    others = known.found.other_derivatives
-    summary = summarise(known.verdict, effects, tuple(errors), others, leaves=known.leaves_residual)
+    others, lowered = known.found.other_derivatives, known.found.lowered
+    summary = summarise(known.verdict, effects, tuple(errors), others, lowered, leaves=known.leaves_residual)
     inertia = settings.attribution.inertia
     patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft, inertia)
     return ClosedLoop(
@@ -314,6 +315,7 @@ def _notes(
         *((opinion.sentence,) if opinion is not None else ()),
         *notes_on_refuted(found.refuted, by_blocks=not others),
         *notes_on_other_derivatives(found.other_derivatives),
+        *notes_on_lowered(found.lowered),
         *note_on_indistinguishable_terms(identified.rivals),
         *note_on_eliminated(found, settings.attribution.final_deviations),
         *note_on_confirmed(found.confirmed, names, found.findings, settings.attribution.suggestion),

@@ -189,7 +189,9 @@ def _dependences(rows: Sequence[ControlDependence]) -> str:
     shown = sorted(dependent(rows), key=lambda row: row.p_value)
     if not shown:
         nearest = min(rows, key=lambda row: row.p_value)
-        return f"none does (least p-value {number(nearest.p_value, 2)}, {nearest.coefficient} of {nearest.recording})"
+        least = number(100.0 * DEPENDENCE.least_share, 1)
+        of_nearest = f"{nearest.coefficient} of {nearest.recording}"
+        return f"none does by {least} % of its variance (least p-value {number(nearest.p_value, 2)}, {of_nearest})"
     return listed(
         [
             f"{row.coefficient} of {row.recording} (p-value {number(row.p_value, 2)}, "

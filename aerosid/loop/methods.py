@@ -41,6 +41,7 @@ from aerosid.search.indistinguishable_terms import (
     indistinguishable_terms,
     with_indistinguishable_terms,
 )
+from aerosid.search.lowered_coefficients import lowered_coefficients
 from aerosid.search.other_derivatives import other_derivatives_by_equations, other_derivatives_by_likelihood
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.structure_search import StructureSearch
@@ -79,17 +80,18 @@ def run_method(problem: IdentificationProblem, settings: LoopSettings, progress:
         "likelihood": by_likelihood,
         "iebmee": by_model_error,
     }
-    return _with_other_derivatives(methods[settings.method](problem, settings, progress), problem)
+    return _compared_on_validation(methods[settings.method](problem, settings, progress), problem)
 
 
-def _with_other_derivatives(result: MethodResult, problem: IdentificationProblem) -> MethodResult:
-    """The result with the derivatives that differ on a validation flight, by the estimator that the values are from."""
-    found = result.found
-    if result.decision is not None and found.regressed:
-        others = other_derivatives_by_equations(result.decision)
+def _compared_on_validation(result: MethodResult, problem: IdentificationProblem) -> MethodResult:
+    """The result with what differs on a validation flight, by the estimator that the values are from."""
+    found, decision = result.found, result.decision
+    if decision is not None and found.regressed:
+        others = other_derivatives_by_equations(decision)
     else:
         others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
-    return replace(result, found=replace(found, other_derivatives=others))
+    lowered = lowered_coefficients(decision) if decision is not None and found.r_squared else ()
+    return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
@@ -197,7 +199,7 @@ def _by_equations(
     found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
     found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
     if instrument_errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio:
-        found = replace(found, noise_hidden=True, dependence=_dependence(decision))
+        found = replace(found, noise_hidden=True, dependence=_dependence(decision) if found.regressed else None)
         notes = (*notes, note_on_hidden_noise(found))
     agreement = problem.agreement(settings)
     return MethodResult(found, search, notes=notes, method="equations", agreement=agreement, decision=decision)

@@ -21,6 +21,7 @@ from aerosid.notation import listed, number, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.findings import named
+from aerosid.search.lowered_coefficients import LoweredCoefficient
 from aerosid.search.other_derivatives import OtherDerivative
 
 
@@ -45,7 +46,8 @@ class Judgement(NamedTuple):
 def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre] = ()) -> Judgement:
     """The verdict on a set of findings.
 
-    A validation flight with other derivatives is not explained by the completed model, however well its structure fits.
+    A validation flight with other derivatives is not explained by the completed model, however well its structure fits,
+    nor is one of which it predicts a coefficient worse.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
         )
     if not found.findings:
         return Judgement(Verdict.UNEXPLAINED if leaves else Verdict.NOTHING_MISSING, leaves)
-    partly = leaves or bool(found.other_derivatives)
+    partly = leaves or bool(found.other_derivatives) or bool(found.lowered)
     return Judgement(Verdict.PARTLY_EXPLAINED if partly else Verdict.EXPLAINED, leaves)
 
 
@@ -109,12 +111,14 @@ def summarise(
     effects: Sequence[Effect],
     errors: Sequence[ErrorRow],
     others: Sequence[OtherDerivative] = (),
+    lowered: Sequence[LoweredCoefficient] = (),
     *,
     leaves: bool = True,
 ) -> str:
     """Summary: the missing effects, what else is open, and the error reduction on flights not used in the fit.
 
-    `others`: derivatives that differ on a validation flight; `leaves`: whether a residual remains.
+    `others`: derivatives that differ on a validation flight; `lowered`: coefficients that are predicted worse there;
+    `leaves`: whether a residual remains.
     """
     sentence = verdict.value
     if effects:
@@ -127,6 +131,9 @@ def summarise(
         return f"{sentence} The completed aircraft keeps every declared value."
     if others:
         sentence += f" {_another(others)}"
+    if effects and lowered:
+        of_logs = listed([f"{row.coefficient} of {row.log}" for row in lowered[:_LISTED]])
+        sentence += f" The completed model predicts {of_logs} worse than the declared structure."
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
@@ -173,12 +180,36 @@ def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
     return notes
 
 
+def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
+    """A remark on each coefficient of a validation flight that is predicted worse."""
+    notes = []
+    for row in lowered:
+        told = (
+            f"{row.coefficient} of {row.log} is predicted worse by the completed model than by the declared structure "
+            f"re-estimated: R² in the band of the motion {number(row.before)} before and {number(row.after)} after."
+        )
+        if row.effect:
+            told += (
+                f" Without {_in_words(*row.effect)} it would be {number(row.without)}; the other evidence requires it, and the "
+                "structure may lack something that its absence stood for. Check that effect before using the "
+                "completed model for this coefficient."
+            )
+        notes.append(told)
+    return notes
+
+
 def _capitalised(kind: str, where: str, term: str) -> str:
     """An effect at the beginning of a sentence: `C_m alpha^2`, `A sensor scale of theta`."""
+    words = _in_words(kind, where, term)
+    return f"{words[:1].upper()}{words[1:]}"
+
+
+def _in_words(kind: str, where: str, term: str) -> str:
+    """An effect inside a sentence: `C_m alpha^2`, `a sensor scale of theta`."""
     if kind == "aero_term":
         return f"{where} {term}"
     words = KINDS[kind].words if kind in KINDS else f"a {kind.replace('_', ' ')}"
-    return f"{words[:1].upper()}{words[1:]}{_place(kind, where)}"
+    return f"{words}{_place(kind, where)}"
 
 
 def _place(kind: str, where: str) -> str:

@@ -20,6 +20,7 @@ from aerosid.search.backward_elimination import eliminate_on_final_estimate
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.search.finding_evidence import findings_with_p_values
 from aerosid.search.findings import Finding, labels, named, unique_alternatives
+from aerosid.search.lowered_coefficients import LoweredCoefficient
 from aerosid.search.multi_start import MultiStartResult, multi_start_search, search_without_disturbances
 from aerosid.search.other_derivatives import OtherDerivative
 from aerosid.search.replacement import alternatives_to_parts, replace_parts
@@ -73,6 +74,8 @@ class Attribution:
         Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
     other_derivatives : tuple of OtherDerivative
         Derivatives that differ on a validation flight.
+    lowered : tuple of LoweredCoefficient
+        Of a regression: coefficients of a validation flight that the completed model predicts worse.
     noise_hidden : bool
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.
@@ -95,6 +98,7 @@ class Attribution:
     regressed: bool = False
     r_squared: tuple[CoefficientRow, ...] = ()
     other_derivatives: tuple[OtherDerivative, ...] = ()
+    lowered: tuple[LoweredCoefficient, ...] = ()
     noise_hidden: bool = False
     dependence: tuple[ControlDependence, ...] | None = None
     in_turbulence: Refinement | None = None

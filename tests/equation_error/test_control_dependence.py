@@ -155,6 +155,6 @@ def test_turbulence_behind_a_recorder_is_no_residual_and_a_dependence_on_the_con
         note_on_hidden_noise(lacking),
         note_on_hidden_noise(replace(found, dependence=None)),
     )
-    assert "none does (least p-value" in told[0]
+    assert "none does by 0.3 % of its variance (least p-value" in told[0]
     assert "C_m of a (p-value 1.0·10⁻⁶, 5.0 % of its variance)" in told[1]
     assert "is part of the innovations" in told[2]

@@ -1,0 +1,95 @@
+"""Coefficients of a validation flight that the completed model predicts worse than the declared structure.
+
+What kinematics prove stays in the model, although the coefficients of one flight may be predicted better without it: a
+structure that lacks something else can have used the error. The user is told which coefficient, by how much, and which
+effect it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from aerosid.effects import frozen
+from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.related_problems import as_compared
+from aerosid.equation_error.selection.cross_validation import fits_of
+from aerosid.equation_error.selection.penalties import Label
+
+
+@dataclass(frozen=True)
+class LoweredSettings:
+    """What counts as predicted worse.
+
+    Attributes
+    ----------
+    fall : float
+        Of R^2 in the band of the motion, 1. Chosen: five times `least_rise` of the search, which one parameter's
+        uncertainty explains.
+    share : float
+        Part of the fall, 1, that must vanish without an effect for it to be named. Chosen: half.
+    """
+
+    fall: float = 0.01
+    share: float = 0.5
+
+
+LOWERED = LoweredSettings()
+"""Of every result."""
+
+
+@dataclass(frozen=True)
+class LoweredCoefficient:
+    """A coefficient of a validation flight with R^2 of the declared structure re-estimated and of the completed one.
+
+    `effect`: kind, place and term of that without which it would be predicted best, and R^2 `without` it; None where
+    none makes up for most of the fall.
+    """
+
+    log: str
+    coefficient: str
+    before: float
+    after: float
+    effect: Label | None = None
+    without: float = 0.0
+
+
+def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoefficient, ...]:
+    """Those that the declared structure predicts at all: a negative R^2 is no prediction that could be spoilt."""
+    lowered = [
+        LoweredCoefficient(after.recording, after.coefficient, before.r2, after.r2)
+        for before, after in decision.coefficient_fits
+        if not after.fitted and before.r2 > 0.0 and after.r2 < before.r2 - LOWERED.fall
+    ]
+    if not lowered:
+        return ()
+    problem = decision.completed.problem
+    without = [
+        (effect, {(fit.recording, fit.coefficient): fit.r2 for fit in fits_of(as_compared(problem), found)})
+        for effect, point in _without_each(decision)
+        for found in (estimate(problem, point),)
+    ]
+    return tuple(_with_effect(row, without) for row in lowered)
+
+
+def _with_effect(
+    row: LoweredCoefficient, without: list[tuple[Label, dict[tuple[str, str], float]]]
+) -> LoweredCoefficient:
+    """The row with the effect without which its coefficient is predicted best, where that is most of the fall."""
+    effect, r2 = max(((effect, fits[row.log, row.coefficient]) for effect, fits in without), key=lambda pair: pair[1])
+    if r2 - row.after < LOWERED.share * (row.before - row.after):
+        return row
+    return replace(row, effect=effect, without=r2)
+
+
+def _without_each(decision: EquationErrorDecision) -> Iterator[tuple[Label, Point]]:
+    """The completed structure without each of its effects, the other instrument errors held."""
+    point, held = decision.completed.point, len(decision.kinematic_estimate.point.effects)
+    acting = [(active, frozen(active) if n < held else active) for n, active in enumerate(point.effects)]
+    for row in decision.findings:
+        entries = set(row.hypothesis.entries)
+        effects = tuple(taken for active, taken in acting if active is not row.active)
+        free = tuple(entry for entry in point.free if entry not in entries)
+        yield row.hypothesis.label, Point(point.model.without(entries), free, effects)
