@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from types import CellType, FunctionType
 from typing import Any
 
-NOT_SENT = (pickle.PicklingError, TypeError, AttributeError, ValueError, KeyError, ImportError, RuntimeError)
+NOT_SENT = (pickle.PicklingError, TypeError, AttributeError, ValueError, LookupError, ImportError, RuntimeError)
 """What is raised where something cannot be sent, or not be made again where it arrives; a recursion among them."""
 
 

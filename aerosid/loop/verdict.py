@@ -190,8 +190,8 @@ def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
         )
         if row.effect:
             told += (
-                f" Without {_in_words(*row.effect)} it would be {number(row.without)}; the other evidence requires it, and the "
-                "structure may lack something that its absence stood for. Check that effect before using the "
+                f" Without {_in_words(*row.effect)} it would be {number(row.without)}; the other evidence requires it, "
+                "and the structure may lack something that its absence stood for. Check that effect before using the "
                 "completed model for this coefficient."
             )
         notes.append(told)

@@ -130,6 +130,23 @@ def test_a_replica_that_goes_another_way_is_given_up() -> None:
         assert replicated(task) == [*range(5), *range(7)]
 
 
+def test_a_replica_elsewhere_that_refers_to_what_only_it_has_in_common_is_given_up() -> None:
+    """Its results name their parts by their places among those, of which there are fewer here."""
+    here, shared = os.getpid(), [3]
+
+    def task() -> list[object]:
+        if os.getpid() != here:
+            mapped(lambda _n: shared, range(4), common=[shared])
+        return [*mapped(slowly, range(4)), *mapped(slowly, range(7))]
+
+    def slowly(n: int) -> int:
+        time.sleep(0.02)
+        return n
+
+    with on_cores(2):
+        assert replicated(task) == [*range(4), *range(7)]
+
+
 def test_replicas_that_have_cached_something_else_do_not_mix_their_results() -> None:
     """An item may fill a cache of the process that does it: what is missing there differs, and may be as much."""
     known: dict[int, int] = {}
