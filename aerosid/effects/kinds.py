@@ -234,9 +234,13 @@ class ActiveEffect:
     @property
     def identity(self) -> tuple[object, ...]:
         """What tells the effect with its values from others, also after it was sent between processes."""
+        return *self.identity_at_any_values, self.values, self.held
+
+    @property
+    def identity_at_any_values(self) -> tuple[object, ...]:
+        """What tells the effect from others of its structure, the values left out."""
         effect = self.effect
-        order, axes = getattr(effect, "comes_first", False), getattr(effect, "axes", "")
-        return *self.key, axes, order, self.values, self.held
+        return *self.key, getattr(effect, "axes", ""), getattr(effect, "comes_first", False)
 
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:

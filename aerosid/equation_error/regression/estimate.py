@@ -49,6 +49,9 @@ SETTLED = 1e-4
 CLOSE = 0.05
 """Numerical: change of ln L in a step that counts as converged."""
 
+FAITHFUL = 0.75
+"""Numerical: fraction of the gain in ln L predicted by the columns of another estimate from which they are kept."""
+
 REACHED = 0.01
 """Numerical: gain in ln L that a step predicts, a seventh of one parameter's deviation, below which it is not taken."""
 
@@ -147,9 +150,8 @@ class Estimate:
 class Optimum:
     """A maximum-likelihood point, the columns of its effects' parameters computed when needed.
 
-    They cost as much as a step, and a structure that is rejected needs none.
-
-    `columns`, (R, K): those of the parameters in order, where they were computed for a step that was not taken.
+    They cost as much as a step, and a structure that is rejected needs none. `columns`, (R, K): those of the parameters
+    in order, where they were computed for a step that was not taken.
     """
 
     problem: RegressionProblem
@@ -163,12 +165,17 @@ class Optimum:
         """Of all equations."""
         return self.solution.log_likelihood
 
+    @property
+    def without_columns(self) -> Estimate:
+        """The estimate of its terms alone, the effects' parameters held: it predicts as the other does."""
+        return Estimate(self.problem, self.point, self.design, self.solution)
+
     @cached_property
     def estimate(self) -> Estimate:
         """With the columns of the effects' parameters."""
         free = free_parameters(self.point.effects)
         if not free:
-            return Estimate(self.problem, self.point, self.design, self.solution)
+            return self.without_columns
         columns = self.columns
         if columns is None:
             columns = effect_sensitivities(self.problem, linear_values(self.design, self.solution), self.point, free)
@@ -237,10 +244,10 @@ def effect_sensitivities(
 
 def _columns_near(near: Estimate, problem: RegressionProblem, known: Mapping[Unknown, float], point: Point) -> Array:
     """Sensitivities as of `effect_sensitivities`, those of effects with the same parameters in another estimate its."""
-    own = {active.identity: n for n, active in enumerate(near.point.effects)}
+    own = {active.identity_at_any_values: n for n, active in enumerate(near.point.effects) if active.values}
     places = {unknown: p for p, unknown in enumerate(near.design.unknowns)}
     free = free_parameters(point.effects)
-    found = [places.get(("effect", own.get(point.effects[i].identity, -1), k)) for i, k in free]
+    found = [places.get(("effect", own.get(point.effects[i].identity_at_any_values, -1), k)) for i, k in free]
     new = [parameter for parameter, place in zip(free, found, strict=True) if place is None]
     computed = iter(effect_sensitivities(problem, known, point, new).T if new else ())
     return np.column_stack([next(computed) if place is None else near.design.columns[:, place] for place in found])
@@ -277,8 +284,8 @@ def maximise_likelihood(
         Whether the first-order solution of a step, with all parameters among its unknowns, is of interest; otherwise
         the search ends before the step.
     near : Estimate, optional
-        Of a structure that differs in an effect or a term: in the first step of a fit of coefficients the other effects
-        have its columns. Those of kinematic equations cost little, and delays move them far.
+        Of a structure that differs in an effect or a term: in a fit of coefficients the other effects have its columns
+        until a step gains less than these predict. Those of kinematic equations cost little, and delays move them far.
     """
     near = near if problem.kinds == COEFFICIENT else None
     point, design, solution = _regressed(problem, problem.acting(point), weights)
@@ -291,7 +298,7 @@ def maximise_likelihood(
         if near is None:
             columns = step_columns = effect_sensitivities(problem, known, point, free)
         else:
-            step_columns, near = _columns_near(near, problem, known, point), None
+            step_columns = _columns_near(near, problem, known, point)
         wide = design.extended(step_columns, names)
         again = functools.partial(regress, settings=problem.settings, start=solution.weights)
         _, full = solved_within_limits(wide, point.effects, again)
@@ -302,11 +309,13 @@ def maximise_likelihood(
         linear = len(design.unknowns)
         step = full.values[linear:]
         moved, design_new, solved = _stepped(problem, point, design, full, free, step)
+        gained = solved.log_likelihood - solution.log_likelihood if moved is not None else 0.0
+        if gained < FAITHFUL * (full.log_likelihood - solution.log_likelihood) - CLOSE:
+            near = None
         if moved is None:
-            if inexact:
+            if inexact and near is None:
                 continue
             break
-        gained = solved.log_likelihood - solution.log_likelihood
         point, design, solution, columns = moved, design_new, solved, None
         if abs(gained) < CLOSE and _small(full, linear, step):
             columns = None if inexact else step_columns  # they hardly change over a step of a tenth of a deviation

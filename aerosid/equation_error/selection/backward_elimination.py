@@ -38,8 +38,9 @@ from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
     SelectedStructure,
+    deletions,
     estimate_without,
-    estimate_without_all,
+    optimum_without_all,
     structure_without,
 )
 from aerosid.equation_error.selection.wald_tests import distances_from_null, least_significant
@@ -159,14 +160,19 @@ def _lowering_its_fit(fitted: SelectedStructure) -> SelectedEffect | None:
     found = fitted.estimate
     compared, least = as_compared(found.problem), found.problem.settings.least_rise
     fits = fits_of(compared, found)
-    for coefficient, terms in by_coefficient.items():
-        reduced_fits = [(each, estimate_without(fitted, each)) for each in terms]
-        if len(terms) > 1:
-            reduced_fits.append((terms[0], estimate_without_all(fitted, terms)))
-        for each, reduced in reduced_fits:
-            if lowers_fit(fits_of(compared, reduced), fits, coefficient, least):
-                return each
-    return None
+
+    def lowers(tested: tuple[str, list[SelectedEffect]]) -> bool:
+        coefficient, terms = tested
+        (reduced,) = deletions(fitted, terms) if len(terms) == 1 else [optimum_without_all(fitted, terms)]
+        return lowers_fit(fits_of(compared, reduced.without_columns), fits, coefficient, least)
+
+    tested = [
+        (coefficient, removed)
+        for coefficient, terms in by_coefficient.items()
+        for removed in (*([each] for each in terms), *([terms] if len(terms) > 1 else []))
+    ]
+    results = mapped(lowers, tested, until=lambda result: result)
+    return tested[len(results) - 1][1][0] if results[-1] else None
 
 
 def _predictor(

@@ -11,7 +11,7 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.design import regress
-from aerosid.equation_error.regression.estimate import Estimate, Optimum, estimate, maximise_likelihood
+from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximise_likelihood
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, effects_of, joint_penalty
 
 STEPS = 4
@@ -123,10 +123,15 @@ def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estim
     return peak.estimate
 
 
-def estimate_without_all(selected: SelectedStructure, effects: Iterable[SelectedEffect]) -> Estimate:
+def optimum_without_all(selected: SelectedStructure, effects: Iterable[SelectedEffect]) -> Optimum:
     """The regression of the structure without several effects, the parameters of the others as starting values."""
     found = selected.estimate
-    return estimate(found.problem, reduce(point_without, effects, found.point), found.solution.weights)
+    return maximise_likelihood(found.problem, reduce(point_without, effects, found.point), found.solution.weights)
+
+
+def estimate_without_all(selected: SelectedStructure, effects: Iterable[SelectedEffect]) -> Estimate:
+    """The same with the columns of its effects' parameters."""
+    return optimum_without_all(selected, effects).estimate
 
 
 def structure_without(selected: SelectedStructure, effect: SelectedEffect) -> SelectedStructure:
