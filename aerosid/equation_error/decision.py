@@ -30,7 +30,7 @@ from aerosid.equation_error.selection.calibration import uncertain_scales
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.competing_alternatives import competing_alternatives
-from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_of
+from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_with_shifts
 from aerosid.equation_error.selection.damping_collinearity import (
     DampingCollinearity,
     damping_collinearity,
@@ -185,9 +185,10 @@ def decide(
     excluded = {*refuted, *(h.label for h in jointly), *(row.hypothesis.label for row in other_delays)}
     alternatives = (*other_delays, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
     before = _declared_alike(estimate(fitted_estimate.problem, start), biased)
-    compared = as_compared(fitted_estimate.problem)
+    level_shifts = _level_shifts(structure, fitted_estimate, search, further)
+    fits = functools.partial(fits_with_shifts, as_compared(fitted_estimate.problem), level_shifts)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
-    after = fits_of(compared, completed)
+    after = fits(completed)
     listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
     omitted = _omitted(errors, identified, structure, search, listed)
     averaged = averaged_covariance(regressed, covariance, fitted_estimate, alternatives, derivatives, omitted)
@@ -200,7 +201,7 @@ def decide(
         covariance=averaged,
         before_covariance=corrected_covariance(before.design, before.solution),
         turbulence=turbulence_of(identified.estimate, fitted_estimate),
-        coefficient_fits=tuple(zip(fits_of(compared, before), after, strict=True)),
+        coefficient_fits=tuple(zip(fits(before), after, strict=True)),
         gust_fraction=gust_fraction(identified.estimate, "beta"),
         kinematic_estimate=on_identification_records(identified).estimate,
         hypothesis_count=len(hypotheses),
@@ -208,14 +209,19 @@ def decide(
         damping=damping_collinearity(reported, averaged),
         delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
-        near_significant=tuple(with_validation_fits(row, after, fitted, compared) for row in omitted.near_significant),
+        near_significant=tuple(with_validation_fits(row, after, fitted, fits) for row in omitted.near_significant),
         uncertain_scales=omitted.scales,
-        level_shifts={
-            **shifts_by_record(structure.estimate),
-            **shifts_of_further(fitted_estimate, further, coefficients, search.criterion),
-        },
+        level_shifts=level_shifts,
         regressor_errors=biased,
     )
+
+
+def _level_shifts(
+    structure: SelectedStructure, fitted: Estimate, search: CoefficientSearch, further: Sequence[Manoeuvre]
+) -> dict[str, tuple[ActiveEffect, ...]]:
+    """Step changes of validation and further records, by the name of each record."""
+    of_further = shifts_of_further(fitted, further, search.coefficients, search.criterion)
+    return {**shifts_by_record(structure.estimate), **of_further}
 
 
 def _declared_alike(declared: Estimate, biased: Sequence[RegressorErrors]) -> Estimate:

@@ -15,7 +15,7 @@ from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.regression.related_problems import as_compared
-from aerosid.equation_error.selection.cross_validation import fits_of
+from aerosid.equation_error.selection.cross_validation import fits_with_shifts
 from aerosid.equation_error.selection.penalties import Label
 
 
@@ -66,11 +66,10 @@ def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoeffi
     if not lowered:
         return ()
     problem = decision.completed.problem
-    without = [
-        (effect, {(fit.recording, fit.coefficient): fit.r2 for fit in fits_of(as_compared(problem), found)})
-        for effect, point in _without_each(decision)
-        for found in (estimate(problem, point),)
-    ]
+    without = []
+    for effect, point in _without_each(decision):
+        fits = fits_with_shifts(as_compared(problem), decision.level_shifts, estimate(problem, point))
+        without.append((effect, {(fit.recording, fit.coefficient): fit.r2 for fit in fits}))
     return tuple(_with_effect(row, without) for row in lowered)
 
 

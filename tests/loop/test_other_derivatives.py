@@ -10,12 +10,15 @@ import pytest
 from equations_decided import decided
 from problems import BOTH_SQUARES, LIGHT, Problem
 
+from aerosid.equation_error.regression.related_problems import as_compared
+from aerosid.equation_error.selection.cross_validation import fits_of
 from aerosid.flight_model.terms import parse_term
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings, Method
 from aerosid.loop.verdict import Verdict, notes_on_other_derivatives
 from aerosid.reporting.result_json import result_text
+from aerosid.search.lowered_coefficients import lowered_coefficients
 from aerosid.search.other_derivatives import OtherDerivative, compared_derivatives, other_derivatives_by_equations
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
@@ -111,6 +114,13 @@ def test_a_step_of_the_validation_flight_is_no_derivative() -> None:
     found = decided(aircraft_of(body, 0.05, np.random.default_rng(SEED)), logs[:1], logs[1:])
     assert "two" in found.level_shifts
     assert max(each.distance for each in compared_derivatives(found)) < 4.0
+    # Nor is it a prediction that fails: it acts like a constant of that flight, with either structure.
+    compared, completed = as_compared(found.completed.problem), found.completed
+    reported = {after.coefficient: (before, after) for before, after in found.coefficient_fits if not after.fitted}
+    without = {fit.coefficient: fit.r2 for fit in fits_of(compared, completed) if not fit.fitted}
+    assert min(fit.r2 for fit in reported["C_m"]) > 0.98
+    assert without["C_m"] < 0.8
+    assert not lowered_coefficients(found)
 
 
 def test_estimates_of_two_flights_differ_by_their_standard_errors() -> None:

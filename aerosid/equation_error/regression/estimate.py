@@ -271,6 +271,7 @@ def maximise_likelihood(
     steps: int = STEPS,
     is_promising: Callable[[Solution], bool] = lambda _predicted: True,
     near: Estimate | None = None,
+    keep_near: bool = False,
 ) -> Optimum:
     """Maximum-likelihood parameters of a structure by Gauss-Newton.
 
@@ -281,11 +282,11 @@ def maximise_likelihood(
     weights : Weights, optional
         Initial noise model.
     is_promising : callable
-        Whether the first-order solution of a step, with all parameters among its unknowns, is of interest; otherwise
-        the search ends before the step.
-    near : Estimate, optional
-        Of a structure that differs in an effect or a term: in a fit of coefficients the other effects have its columns
-        until a step gains less than these predict. Those of kinematic equations cost little, and delays move them far.
+        Whether the first-order solution of a step, all parameters among its unknowns, is of interest; else it ends.
+    near, keep_near : Estimate, bool, optional
+        Of a structure that differs in an effect or a term: in the first step of a fit of coefficients, or until a step
+        gains less than predicted, the other effects have its columns. A new effect moves the others too far for that,
+        and so do delays those of kinematic equations, which cost little.
     """
     near = near if problem.kinds == COEFFICIENT else None
     point, design, solution = _regressed(problem, problem.acting(point), weights)
@@ -306,18 +307,17 @@ def maximise_likelihood(
             break
         if not inexact and abs(full.log_likelihood - solution.log_likelihood) < REACHED:
             break
-        linear = len(design.unknowns)
-        step = full.values[linear:]
+        step = full.values[len(design.unknowns) :]
         moved, design_new, solved = _stepped(problem, point, design, full, free, step)
         gained = solved.log_likelihood - solution.log_likelihood if moved is not None else 0.0
-        if gained < FAITHFUL * (full.log_likelihood - solution.log_likelihood) - CLOSE:
+        if not keep_near or gained < FAITHFUL * (full.log_likelihood - solution.log_likelihood) - CLOSE:
             near = None
         if moved is None:
             if inexact and near is None:
                 continue
             break
         point, design, solution, columns = moved, design_new, solved, None
-        if abs(gained) < CLOSE and _small(full, linear, step):
+        if abs(gained) < CLOSE and _small(full, step):
             columns = None if inexact else step_columns  # they hardly change over a step of a tenth of a deviation
             break
     return Optimum(problem, point, design, solution, columns)
@@ -351,8 +351,8 @@ def _errors_act_by_terms(problem: RegressionProblem, design: Design) -> bool:
     return problem.kinds == COEFFICIENT and any(unknown[0] == "random_walk" for unknown in design.unknowns)
 
 
-def _small(full: Solution, linear: int, step: Array) -> bool:
-    deviation = np.sqrt(np.maximum(np.diag(full.covariance)[linear:], 1e-300))
+def _small(full: Solution, step: Array) -> bool:
+    deviation = np.sqrt(np.maximum(np.diag(full.covariance)[-step.size :], 1e-300))
     return bool(np.all(np.abs(step) < 0.1 * deviation))
 
 

@@ -338,7 +338,13 @@ class _Replacement:
             return not (self._is_far_behind(predicted, hypothesis, margin) or is_predicted_to_lose())
 
         found = maximise_likelihood(
-            self.reduced.problem, initial, trial.weights, steps=5, is_promising=is_promising, near=self.reduced
+            self.reduced.problem,
+            initial,
+            trial.weights,
+            steps=5,
+            is_promising=is_promising,
+            near=self.reduced,
+            keep_near=True,
         )
         if is_predicted_to_lose():
             return _NotEstimated()

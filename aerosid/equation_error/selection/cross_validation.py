@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem
@@ -122,6 +123,18 @@ def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit
             )
         )
     return tuple(rows)
+
+
+def fits_with_shifts(
+    problem: RegressionProblem, level_shifts: Mapping[str, tuple[ActiveEffect, ...]], found: Estimate
+) -> tuple[CoefficientFit, ...]:
+    """The same, step changes of validation records acting on them as constants do: no model could predict those.
+
+    `level_shifts`: by the name of the record.
+    """
+    shifts = tuple(active for of_one in level_shifts.values() for active in of_one)
+    point = found.point.with_effects((*found.point.effects, *shifts)) if shifts else found.point
+    return fits_of(problem, replace(found, point=point))
 
 
 def rises(

@@ -8,7 +8,7 @@ distance from significance.
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -37,7 +37,7 @@ from aerosid.equation_error.selection.candidates import (
     with_hypothesis,
 )
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
-from aerosid.equation_error.selection.cross_validation import CoefficientFit, fits_of
+from aerosid.equation_error.selection.cross_validation import CoefficientFit
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, schwarz_penalty
 from aerosid.equation_error.selection.redundancy import non_redundant
@@ -150,7 +150,7 @@ def with_validation_fits(
     row: NearSignificant,
     selected_fits: Sequence[CoefficientFit],
     fitted: RegressionProblem,
-    compared: RegressionProblem,
+    fits: Callable[[Estimate], Sequence[CoefficientFit]],
 ) -> NearSignificant:
     """An effect with its influence on the prediction of the coefficients of validation records.
 
@@ -158,8 +158,10 @@ def with_validation_fits(
     ----------
     selected_fits : sequence of CoefficientFit
         Of the selected structure.
-    fitted, compared : RegressionProblem
-        The coefficient equations of the identification records, and of all with the settings of the reported R^2.
+    fitted : RegressionProblem
+        The coefficient equations of the identification records.
+    fits : callable
+        The reported fits of an estimate.
     """
     named = {coefficient for coefficient, _ in row.hypothesis.entries}
     if not named:
@@ -167,7 +169,7 @@ def with_validation_fits(
     alone = estimate(
         fitted, row.estimate.point, weights_restricted_to(row.estimate, fitted, row.estimate.point), steps=4
     )
-    pairs = zip(selected_fits, fits_of(compared, alone), strict=True)
+    pairs = zip(selected_fits, fits(alone), strict=True)
     return replace(row, validation_fits=tuple((a, b) for a, b in pairs if not a.fitted and a.coefficient in named))
 
 

@@ -83,7 +83,7 @@ def deletions(
 
     def reestimated(each: SelectedEffect) -> Optimum:
         peak = cached(each) or maximise_likelihood(
-            problem, point_without(found.point, each), found.solution.weights, STEPS, near=found
+            problem, point_without(found.point, each), found.solution.weights, STEPS, near=found, keep_near=True
         )
         return peak.with_columns() if with_columns else peak
 
