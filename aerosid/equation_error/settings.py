@@ -177,6 +177,9 @@ class EquationErrorSettings:
         Standard deviations from one within which the response of lift or side force to a vane must lie, 1.
     gust_certain : float
         Its least t-ratio from zero, 1: forces do not respond to vane noise.
+    gust_possible : float
+        The t-ratio, 1, from which the air is no longer taken as calm. Chosen: four pairs with nothing missing (seeds
+        217, 219 and 220 of benchmarks/field_detection.py) whose gusts a coarse recorder hid have 2.0 to 5.6.
     followed : float
         Fraction, 1, of the heading's variance about its line that the integrated rates must explain for it to be the
         heading of this motion.
@@ -286,6 +289,7 @@ class EquationErrorSettings:
     rounds: int = 3
     gust_answer: float = 3.0
     gust_certain: float = 6.0
+    gust_possible: float = 2.0
     followed: float = 0.5
     support: float = 2.0
     doubt: float = 1.0

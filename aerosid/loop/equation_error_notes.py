@@ -164,10 +164,11 @@ def note_on_hidden_noise(found: Attribution) -> str:
     hidden = "The recorder filters or colours every channel:"
     if found.dependence is not None:
         alarms = number(100.0 * DEPENDENCE.false_alarm, 1)
+        logs = listed(list(dict.fromkeys(row.recording for row in found.dependence)))
         return (
             f"{hidden} in moving air neither open-loop errors nor innovations tell a missing effect from the air and "
             "the recorder. A residual counts as significant where it depends on the controls (F test of each "
-            f"coefficient's whitened residual on each log, {alarms} % false alarms in all): "
+            f"coefficient's whitened residual on {logs}, {alarms} % false alarms in all): "
             f"{_dependences(found.dependence)}. What happens without the controls, as a drift of the trim, this does "
             "not show."
         )
@@ -190,8 +191,8 @@ def _dependences(rows: Sequence[ControlDependence]) -> str:
     if not shown:
         nearest = min(rows, key=lambda row: row.p_value)
         least = number(100.0 * DEPENDENCE.least_share, 1)
-        of_nearest = f"{nearest.coefficient} of {nearest.recording}"
-        return f"none does by {least} % of its variance (least p-value {number(nearest.p_value, 2)}, {of_nearest})"
+        of_nearest = f"{number(nearest.p_value, 2)}, {nearest.coefficient} of {nearest.recording}"
+        return f"none does significantly and by {least} % of its variance (least p-value {of_nearest})"
     return listed(
         [
             f"{row.coefficient} of {row.recording} (p-value {number(row.p_value, 2)}, "

@@ -87,11 +87,10 @@ def _compared_on_validation(result: MethodResult, problem: IdentificationProblem
     """The result with what differs on a validation flight, by the estimator that the values are from."""
     found, decision = result.found, result.decision
     if decision is not None and found.regressed:
-        others = other_derivatives_by_equations(decision)
-    else:
-        others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
-    lowered = lowered_coefficients(decision) if decision is not None and found.r_squared else ()
-    return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
+        others, lowered = other_derivatives_by_equations(decision), lowered_coefficients(decision)
+        return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
+    others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
+    return replace(result, found=replace(found, other_derivatives=others))
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:
@@ -207,7 +206,7 @@ def _by_equations(
 
 def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...] | None:
     """The test of the completed structure's residuals against the controls; None in calm air."""
-    if not may_be_turbulent(decision.completed):
+    if not (decision.turbulence or may_be_turbulent(decision.completed)):
         return None
     instruments = len(decision.kinematic_estimate.point.effects)
     return dependence_on_records(decision.completed, instruments, decision.level_shifts)

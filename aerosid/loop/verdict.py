@@ -132,7 +132,8 @@ def summarise(
     if others:
         sentence += f" {_another(others)}"
     if effects and lowered:
-        of_logs = listed([f"{row.coefficient} of {row.log}" for row in lowered[:_LISTED]])
+        rows = [f"{row.coefficient} of {row.log}" for row in lowered[:_LISTED]]
+        of_logs = listed([*rows, f"{len(lowered) - _LISTED} more"] if len(lowered) > _LISTED else rows)
         sentence += f" The completed model predicts {of_logs} worse than the declared structure."
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
@@ -190,8 +191,8 @@ def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
         )
         if row.effect:
             told += (
-                f" Without {_in_words(*row.effect)} it would be {number(row.without)}; the other evidence requires it, "
-                "and the structure may lack something that its absence stood for. Check that effect before using the "
+                f" Without {_in_words(*row.effect)} it would be {number(row.without)}, but the flights as a whole are "
+                "explained better with it: something else may be missing beside it. Check that effect before using the "
                 "completed model for this coefficient."
             )
         notes.append(told)

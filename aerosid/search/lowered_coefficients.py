@@ -1,8 +1,8 @@
 """Coefficients of a validation flight that the completed model predicts worse than the declared structure.
 
-What kinematics prove stays in the model, although the coefficients of one flight may be predicted better without it: a
-structure that lacks something else can have used the error. The user is told which coefficient, by how much, and which
-effect it is.
+What the likelihood of all flights shows stays in the model, although a coefficient of one of them may be predicted
+better without it: a structure that lacks something else can be nearer to that flight without the effect. The user is
+told which coefficient, by how much, and which effect it is.
 """
 
 from __future__ import annotations
@@ -57,13 +57,16 @@ class LoweredCoefficient:
 
 
 def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoefficient, ...]:
-    """Those that the declared structure predicts at all: a negative R^2 is no prediction that could be spoilt."""
+    """Those that the declared structure predicts at all: a negative R^2 is no prediction that could be spoilt.
+
+    None where nothing was found: then both models differ by no effect.
+    """
     lowered = [
         LoweredCoefficient(after.recording, after.coefficient, before.r2, after.r2)
         for before, after in decision.coefficient_fits
         if not after.fitted and before.r2 > 0.0 and after.r2 < before.r2 - LOWERED.fall
     ]
-    if not lowered:
+    if not lowered or not decision.findings:
         return ()
     problem = decision.completed.problem
     without = []

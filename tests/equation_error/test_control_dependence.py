@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.equation_error_notes import note_on_hidden_noise
 from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
+from benchmarks import turbulent_flights
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
@@ -35,8 +37,22 @@ SEEDS = 9120
 """Of these tests; published tables and trials begin elsewhere."""
 
 
-def log_of(body: Body, seed: int, wrong: Wrong = NOTHING, air: float = 0.6, seconds: float = 25.0) -> FlightLog:
-    return flown("a", body, SEEDS + seed, air=air, wrong=wrong, seconds=seconds)
+def log_of(
+    body: Body, seed: int, wrong: Wrong = NOTHING, air: float = 0.6, seconds: float = 25.0, doublets: int = 0
+) -> FlightLog:
+    """`doublets`: equal ones at equal intervals in place of random steps; none: random steps."""
+    if doublets == 0:
+        return flown("a", body, SEEDS + seed, air=air, wrong=wrong, seconds=seconds)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(turbulent_flights, "_steps", partial(equal_doublets, doublets=doublets))
+        return flown("a", body, SEEDS + seed, air=air, wrong=wrong, seconds=seconds)
+
+
+def equal_doublets(body: Body, count: int, _generator: np.random.Generator, doublets: int) -> Array:
+    """As many doublets of one size as fit into equal parts of a flight of `count` steps, rad, (count,)."""
+    size = 0.04 * abs(body.C_m[1] / body.C_m[3])
+    phase = (np.arange(count) * doublets / count) % 1.0
+    return np.where(phase < 0.2, size, np.where(phase < 0.4, -size, 0.0))
 
 
 def estimated(body: Body, *logs: FlightLog) -> Estimate:
@@ -59,28 +75,31 @@ def test_it_is_the_f_test_of_a_dense_regression_where_the_residuals_are_white() 
         samples = white.design.rows(s)
         own = white.design.columns[samples]
         target, known = white.design.target[samples], own[:, np.any(own != 0.0, axis=0)]
-        left = target - projected(known, target)
-        slow = explained(left, known, trends)
-        along, *chance = (explained(left, known, np.column_stack([trends, each])) for each in (functions, *shifted))
-        further, freedom = along[1] - slow[1], target.size - known.shape[1] - along[1]
-        usual = sum(each[0] - slow[0] for each in chance) / sum(each[1] - slow[1] for each in chance)
-        noise = max(usual, (float(left @ left) - along[0]) / freedom)
-        expected = variance_ratio.sf((along[0] - slow[0]) / further / noise, further, freedom)
-        assert rows[coefficient].p_value == pytest.approx(expected, rel=1e-4)
+        basis, _ = np.linalg.qr(known)
+        left = target - basis @ (basis.T @ target)
+        beside = np.hstack([basis, new_directions(basis, trends)])
+        along = new_directions(beside, functions)
+        chance = [new_directions(np.hstack([beside, along]), each) for each in shifted]
+        usual = sum(power(each, left) for each in chance) / sum(each.shape[1] for each in chance)
+        freedom = target.size - beside.shape[1] - along.shape[1]
+        unexplained = float(left @ left) - power(beside, left) - power(along, left)
+        statistic = power(along, left) / along.shape[1] / max(usual, unexplained / freedom)
+        assert rows[coefficient].p_value == pytest.approx(
+            variance_ratio.sf(statistic, along.shape[1], freedom), rel=0.01
+        )
+        part = along @ (along.T @ left)
+        assert rows[coefficient].share == pytest.approx(float(np.var(part) / np.var(target)), rel=0.01)
 
 
-def projected(known: Array, values: Array) -> Array:
-    basis, _ = np.linalg.qr(known)
-    return np.asarray(basis @ (basis.T @ values))
-
-
-def explained(left: Array, known: Array, functions: Array) -> tuple[float, int]:
-    """Fall of a residual's sum of squares by functions beside known columns, in the directions that are independent."""
+def new_directions(basis: Array, functions: Array) -> Array:
+    """Orthonormal directions of functions beside a basis, those with hardly any part of their own left out."""
     scaled = functions / np.linalg.norm(functions, axis=0)
-    beside = scaled - projected(known, scaled)
-    directions, singular, _ = np.linalg.svd(beside, full_matrices=False)
-    kept = directions[:, singular**2 > 1e-3]
-    return float(np.sum((kept.T @ left) ** 2)), kept.shape[1]
+    directions, singular, _ = np.linalg.svd(scaled - basis @ (basis.T @ scaled), full_matrices=False)
+    return np.asarray(directions[:, singular**2 > 1e-3])
+
+
+def power(directions: Array, residual: Array) -> float:
+    return float(np.sum((directions.T @ residual) ** 2))
 
 
 def test_residuals_of_complete_structures_depend_on_the_controls_as_rarely_as_stated() -> None:
@@ -98,11 +117,29 @@ def test_residuals_of_complete_structures_depend_on_the_controls_as_rarely_as_st
     assert not dependent(rows)
 
 
+@pytest.mark.parametrize("doublets", [0, 6, 12])
 @pytest.mark.parametrize("number", [0, 2, 5])
-def test_a_late_elevator_in_gusts_is_seen_in_the_moment(number: int) -> None:
+def test_a_late_elevator_in_gusts_is_seen_in_the_moment(number: int, doublets: int) -> None:
+    """Also where equal doublets follow one another, so that controls shifted along the record are the same again."""
     body = BODIES[number]
-    found = estimated(body, log_of(body, 60 + number, Wrong(elevator_delay=0.1)))
-    assert "C_m" in {row.coefficient for row in dependent(control_dependence(found))}
+    late = log_of(body, 60 + number, Wrong(elevator_delay=0.1), seconds=36.0, doublets=doublets)
+    assert "C_m" in {row.coefficient for row in dependent(control_dependence(estimated(body, late)))}
+
+
+def test_a_drift_is_no_dependence_and_hides_none() -> None:
+    """A parabola in the normal acceleration, ten times the noise, with and without a term that is missing."""
+    body, missing = BODIES[2], Wrong(terms={("C_Z", "alpha^2"): 12.0})
+    for wrong, seen in ((NOTHING, False), (missing, True)):
+        log = log_of(body, 85, wrong, air=0.2)
+        drift = 0.5 * np.linspace(-1.0, 1.0, log.time.size) ** 2
+        drifting = replace(log, channels={**log.channels, "a_z": log["a_z"] + drift})
+        plain, other = (
+            next(row for row in control_dependence(estimated(body, each)) if row.coefficient == "C_Z")
+            for each in (log, drifting)
+        )
+        assert (other in dependent([other])) is seen
+        assert (plain in dependent([plain])) is seen
+        assert other.share == pytest.approx(plain.share, rel=0.5, abs=5e-4)
 
 
 def test_what_is_even_in_the_motion_is_seen_by_the_squares() -> None:
@@ -155,6 +192,6 @@ def test_turbulence_behind_a_recorder_is_no_residual_and_a_dependence_on_the_con
         note_on_hidden_noise(lacking),
         note_on_hidden_noise(replace(found, dependence=None)),
     )
-    assert "none does by 0.3 % of its variance (least p-value" in told[0]
+    assert "none does significantly and by 0.3 % of its variance (least p-value" in told[0]
     assert "C_m of a (p-value 1.0·10⁻⁶, 5.0 % of its variance)" in told[1]
     assert "is part of the innovations" in told[2]

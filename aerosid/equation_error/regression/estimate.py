@@ -167,7 +167,7 @@ class Optimum:
 
     @property
     def without_columns(self) -> Estimate:
-        """The estimate of its terms alone, the effects' parameters held: it predicts as the other does."""
+        """The estimate of its terms at the point itself; the values with columns are a linear step beyond it."""
         return Estimate(self.problem, self.point, self.design, self.solution)
 
     @cached_property
@@ -284,9 +284,9 @@ def maximise_likelihood(
     is_promising : callable
         Whether the first-order solution of a step, all parameters among its unknowns, is of interest; else it ends.
     near, keep_near : Estimate, bool, optional
-        Of a structure that differs in an effect or a term: in the first step of a fit of coefficients, or until a step
-        gains less than predicted, the other effects have its columns. A new effect moves the others too far for that,
-        and so do delays those of kinematic equations, which cost little.
+        Of a structure that differs in an effect or a term: the other effects have its columns in the first step of a
+        fit of coefficients, with `keep_near` until a step gains less than predicted: enough for what a deletion or a
+        replacement is worth. In kinematic equations columns cost little, and delays move them far.
     """
     near = near if problem.kinds == COEFFICIENT else None
     point, design, solution = _regressed(problem, problem.acting(point), weights)

@@ -161,8 +161,8 @@ def _lowering_its_fit(fitted: SelectedStructure) -> SelectedEffect | None:
     compared, least = as_compared(found.problem), found.problem.settings.least_rise
     fits = fits_of(compared, found)
 
-    def lowers(tested: tuple[str, list[SelectedEffect]]) -> bool:
-        coefficient, terms = tested
+    def lowers(row: tuple[str, list[SelectedEffect]]) -> bool:
+        coefficient, terms = row
         (reduced,) = deletions(fitted, terms) if len(terms) == 1 else [optimum_without_all(fitted, terms)]
         return lowers_fit(fits_of(compared, reduced.without_columns), fits, coefficient, least)
 

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from aerosid.effects import ActiveEffect, frozen
-from aerosid.equation_error.equations.instrumental_variables import responses_to_controls, trends_in_band
+from aerosid.equation_error.equations.instrumental_variables import TRENDS, responses_to_controls, trends_in_band
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 
 Array = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,6 @@ class DependenceSettings:
 
     Attributes
     ----------
-    moving_air : float
-        Standard errors, 1, by which a force must respond to its vane's gusts for the air to be in doubt. Chosen: four
-        flights with nothing missing (seeds 217, 219 and 220 of benchmarks/field_detection.py) that were called wrong
-        have 2.0 to 5.6.
     false_alarm : float
         Probability, 1, that any coefficient of any record of a complete structure depends on its controls. Chosen.
     least_share : float
@@ -47,10 +44,10 @@ class DependenceSettings:
         Times by which the controls are shifted along the record, to see how much functions like theirs explain by
         chance. Chosen: that scale is then known within a tenth.
     fewest : int
-        Degrees of freedom, 1, that the residual must have beside all columns: of a quarter as many no power is left.
+        Degrees of freedom, 1, that the residual must have beside all columns. Chosen: with a quarter as many the F test
+        needs a dependence that is seen with the naked eye.
     """
 
-    moving_air: float = 2.0
     false_alarm: float = 0.01
     least_share: float = 0.003
     order: int = 3
@@ -89,25 +86,28 @@ def control_dependence(found: Estimate) -> tuple[ControlDependence, ...]:
     fewer = replace(problem.settings, laguerre_order=DEPENDENCE.order)
     shifts = np.arange(DEPENDENCE.shifts + 1) / (DEPENDENCE.shifts + 1)
     responses = responses_to_controls(problem.recordings, fewer, shifts.tolist())
-    trends = [trends_in_band(recording) for recording in problem.recordings]
     rows = []
     for s, (index, coefficient) in enumerate(design.segments):
-        own = responses[index]
+        own, recording = responses[index], problem.recordings[index]
         if own is None or not own[0].size:
             continue
-        innovations = found.solution.whitened[design.rows(s)]
-        used = int(np.count_nonzero(np.any(found.solution.slopes[design.rows(s)] != 0.0, axis=0)))
-        along, *by_chance = (_explained(found, s, trends[index], functions) for functions in own)
-        freedom = innovations.size - used - along.columns
-        if freedom < DEPENDENCE.fewest or along.further < 1:
+        functions, *shifted = own
+        columns = _BesideStructure(found, s, np.hstack([trends_in_band(recording), *own]))
+        slow, along = np.arange(TRENDS), TRENDS + np.arange(functions.shape[1])
+        drift, dependence = columns.explained(slow), columns.explained(along, slow)
+        freedom = columns.samples - columns.used - drift.directions - dependence.directions
+        if freedom < DEPENDENCE.fewest or dependence.directions < 1:
             continue
-        left = max(float(innovations @ innovations) - along.whole, 1e-300) / freedom
-        # A colour of low order leaves slow noise, and the controls are slow: shifted ones tell how much.
-        usual = sum(each.power for each in by_chance) / max(sum(each.further for each in by_chance), 1)
-        statistic = along.power / along.further / max(left, usual)
-        share = float(np.var(along.part)) / max(float(np.var(design.target[design.rows(s)])), 1e-300)
-        p_value = float(fdtrc(along.further, freedom, statistic))
-        rows.append(ControlDependence(problem.recordings[index].name, coefficient, p_value, share))
+        left = max(columns.power - drift.power - dependence.power, 1e-300) / freedom
+        # A colour of low order leaves slow noise, and the controls are slow: shifted ones tell how much, beside the
+        # others, since those of an input that repeats itself are nearly the same.
+        known = np.concatenate([slow, along])
+        by_chance = [columns.explained(along + n * along.size, known) for n in range(1, len(shifted) + 1)]
+        usual = sum(each.power for each in by_chance) / max(sum(each.directions for each in by_chance), 1)
+        statistic = dependence.power / dependence.directions / max(left, usual)
+        share = float(np.var(dependence.part)) / max(float(np.var(design.target[design.rows(s)])), 1e-300)
+        p_value = float(fdtrc(dependence.directions, freedom, statistic))
+        rows.append(ControlDependence(recording.name, coefficient, p_value, share))
     return tuple(rows)
 
 
@@ -120,79 +120,83 @@ def dependent(rows: Sequence[ControlDependence]) -> tuple[ControlDependence, ...
 def dependence_on_records(
     completed: Estimate, instruments: int, level_shifts: Mapping[str, tuple[ActiveEffect, ...]]
 ) -> tuple[ControlDependence, ...] | None:
-    """The test of a structure on every record, re-estimated on each validation record.
+    """The test of a structure on every record that can be tested, re-estimated on each validation record.
 
     Parameters
     ----------
     completed : Estimate
         Of the coefficient equations of the identification records.
     instruments : int
-        The leading effects that are instrument errors identified by kinematics: held there.
+        The leading effects that are instrument errors identified by kinematics: held.
     level_shifts : mapping of str to tuple of ActiveEffect
         Step changes of each validation record.
 
     Returns
     -------
     tuple of ControlDependence, or None
-        None where a record cannot be tested, since its controls rest or its samples are few.
+        None where the controls of an identification record rest or its samples are few.
     """
-    acting = completed.point.effects
-    held = tuple(map(frozen, acting[:instruments]))
-    rows = [*control_dependence(completed)]
-    for recording in completed.problem.recordings:
-        if not recording.fitted:
-            shifts = level_shifts.get(recording.name, ())
-            point = completed.point.with_effects((*held, *acting[instruments:], *shifts))
-            alone = replace(completed.problem, recordings=(recording,), all_fitted=True)
-            rows.extend(control_dependence(estimate(alone, point)))
+    problem, acting = completed.problem, completed.point.effects
+    acting = (*map(frozen, acting[:instruments]), *acting[instruments:])
+    rows = [*control_dependence(estimate(problem, completed.point.with_effects(acting), completed.solution.weights))]
     tested = {row.recording for row in rows}
-    return tuple(rows) if all(each.name in tested for each in completed.problem.recordings) else None
+    if any(recording.fitted and recording.name not in tested for recording in problem.recordings):
+        return None
+    for recording in problem.recordings:
+        if not recording.fitted:
+            point = completed.point.with_effects((*acting, *level_shifts.get(recording.name, ())))
+            alone = replace(problem, recordings=(recording,), all_fitted=True)
+            rows.extend(control_dependence(estimate(alone, point)))
+    return tuple(rows)
 
 
 class _Explained(NamedTuple):
-    """What functions in one segment explain of its innovations beside trends and the structure's own columns.
+    """What some columns explain of a segment's innovations beside others.
 
-    `power`: fall of the sum of squares of the whitened residuals by `further` independent columns beside the trends;
-    `whole` and `columns`: by those and the trends; `part`: their change of the segment's residual, (n,).
+    `power`: fall of the sum of squares of the whitened residuals, in so many independent `directions`; `part`: change
+    of the segment's residual, (n,).
     """
 
     power: float
-    further: int
-    whole: float
-    columns: int
+    directions: int
     part: Array
 
 
-def _explained(found: Estimate, segment: int, trends: Array, functions: Array) -> _Explained:
-    """What functions (n, K) explain beside trends (n, 3)."""
-    slow, slow_count, _ = _beside(found, segment, trends)
-    whole, count, part = _beside(found, segment, np.hstack([trends, functions]))
-    return _Explained(max(whole - slow, 0.0), max(count - slow_count, 0), whole, count, part)
+class _BesideStructure:
+    """Columns (n, K) in one segment beside those of a structure, whose parameters are estimated anew with them."""
 
+    def __init__(self, found: Estimate, segment: int, columns: Array) -> None:
+        design, solution = found.design, found.solution
+        rows = design.rows(segment)
+        wide = np.zeros((design.target.size, columns.shape[1]))
+        wide[rows] = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        white = whiten(design, wide, solution.weights)
+        along = solution.slopes.T @ white
+        shares = solution.covariance @ along
+        self._columns = wide[rows] - design.columns[rows] @ shares
+        self._sizes = np.sum(white**2, axis=0)
+        self._information = white.T @ white - along.T @ shares
+        self._score = white.T @ solution.whitened
+        self.samples = int(rows.stop - rows.start)
+        self.used = int(np.count_nonzero(np.any(solution.slopes[rows] != 0.0, axis=0)))
+        self.power = float(np.sum(solution.whitened[rows] ** 2))
 
-def _beside(found: Estimate, segment: int, columns: Array) -> tuple[float, int, Array]:
-    """What columns (n, K) in one segment explain of its innovations beside the structure's own columns.
+    def explained(self, some: Places, known: Places | None = None) -> _Explained:
+        """What some of the columns explain beside known ones, in the directions that are independent of these."""
+        columns, score, information = self._columns[:, some], self._score[some], self._information[np.ix_(some, some)]
+        if known is not None:
+            directions = self._independent(self._information[np.ix_(known, known)], self._sizes[known])
+            shared = directions.T @ self._information[np.ix_(known, some)]
+            information = information - shared.T @ shared
+            score = score - shared.T @ (directions.T @ self._score[known])
+            columns = columns - self._columns[:, known] @ (directions @ shared)
+        directions = self._independent(information, self._sizes[some])
+        along = directions.T @ score
+        return _Explained(float(along @ along), along.size, np.asarray(columns @ (directions @ along)))
 
-    Returns
-    -------
-    power : float
-        Fall of the sum of squares of the whitened residuals.
-    count : int
-        Independent columns.
-    part : ndarray, shape (n,)
-        Change of the segment's residual.
-    """
-    design, solution = found.design, found.solution
-    rows = design.rows(segment)
-    wide = np.zeros((design.target.size, columns.shape[1]))
-    wide[rows] = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    white = whiten(design, wide, solution.weights)
-    # The structure's parameters are estimated anew beside them.
-    share = solution.covariance @ (solution.slopes.T @ white)
-    information = white.T @ white - (solution.slopes.T @ white).T @ share
-    eigenvalues, vectors = np.linalg.eigh(information)
-    shown = eigenvalues > _INDEPENDENT * float(np.trace(white.T @ white)) / columns.shape[1]
-    directions = vectors[:, shown] / np.sqrt(eigenvalues[shown])
-    along = directions.T @ (white.T @ solution.whitened)
-    part = (wide - design.columns @ share)[rows] @ (directions @ along)
-    return float(along @ along), int(shown.sum()), np.asarray(part)
+    @staticmethod
+    def _independent(information: Array, sizes: Array) -> Array:
+        """Directions (K, k) of unit information, those left out that hardly have any."""
+        eigenvalues, vectors = np.linalg.eigh(information)
+        shown = eigenvalues > _INDEPENDENT * float(np.mean(sizes))
+        return np.asarray(vectors[:, shown] / np.sqrt(eigenvalues[shown]))

@@ -128,7 +128,7 @@ def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit
 def fits_with_shifts(
     problem: RegressionProblem, level_shifts: Mapping[str, tuple[ActiveEffect, ...]], found: Estimate
 ) -> tuple[CoefficientFit, ...]:
-    """The same, step changes of validation records acting on them as constants do: no model could predict those.
+    """The same, step changes of validation records acting there as the decision found them: no model predicts those.
 
     `level_shifts`: by the name of the record.
     """

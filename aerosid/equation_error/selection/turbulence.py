@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from aerosid.equation_error.equations.gust_response import derivative_by_flow_angle
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.control_dependence import DEPENDENCE
 
 Array = NDArray[np.float64]
 
@@ -56,7 +55,7 @@ def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...
 
 
 def may_be_turbulent(found: Estimate) -> bool:
-    """Whether a force responds to what its vane shows over the inertial path, by any chance level worth a doubt.
+    """Whether a force responds to what its vane shows over the inertial path, so that the air is not shown to be calm.
 
     Less than `turbulence_of` asks for: on a recorder of coarse resolution the vane's noise hides gusts of .3 m/s, and
     the response of the force to what it shows is a tenth to a third of the derivative.
@@ -67,7 +66,8 @@ def may_be_turbulent(found: Estimate) -> bool:
         Of the coefficient equations.
     """
     responses = (_response(sensors.force, found) for sensors in GUST_SENSORS)
-    return any(each is not None and each[0] > DEPENDENCE.moving_air * each[1] for each in responses)
+    least = found.problem.settings.gust_possible
+    return any(each is not None and each[0] > least * each[1] for each in responses)
 
 
 def gust_fraction(kinematic: Estimate, vane: str) -> float:
