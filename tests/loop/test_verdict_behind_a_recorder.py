@@ -62,7 +62,7 @@ def test_a_fault_in_white_noise_hides_no_noise() -> None:
     assert not any("every channel" in note for note in result.notes)
 
 
-@pytest.mark.parametrize(("body", "lag"), [(0, 0.0), (4, 0.0), (0, 0.2)])
+@pytest.mark.parametrize(("body", "lag"), [(0, 0.0), pytest.param(4, 0.0, marks=pytest.mark.slow), (0, 0.2)])
 def test_in_moving_air_a_residual_counts_that_depends_on_the_controls(body: int, lag: float) -> None:
     """An autopilot's notch, of no kind in the catalogue, between the recorded elevator and the one that acts."""
     logs = [flown(name, BODIES[body], SEED + 50 + n, air=0.6) for n, name in enumerate(("a", "b"))]

@@ -33,7 +33,7 @@ def decision_on(number: int, unseen: Wrong) -> EquationErrorDecision:
     return decided(aircraft_of(BODIES[number], 0.08, np.random.default_rng(number)), [fitted], [other])
 
 
-@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("number", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_each_coefficient_is_listed_with_the_effect_that_lowers_it(number: int) -> None:
     decision = decision_on(number, NOTHING)
     assert [row.hypothesis.label for row in decision.findings] == [("sensor_delay", "alpha", "")]
