@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refuted
 from aerosid.equation_error.joint_selection import DelaySelection, selected_jointly
@@ -141,6 +141,11 @@ class EquationErrorDecision:
     uncertain_scales: tuple[ActiveEffect, ...] = ()
     level_shifts: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict)
     regressor_errors: tuple[RegressorErrors, ...] = ()
+
+    def with_instruments_held(self, effects: Iterable[ActiveEffect]) -> tuple[ActiveEffect, ...]:
+        """Some effects of the completed structure, those that kinematics identified held at their values."""
+        identified = self.completed.point.effects[: len(self.kinematic_estimate.point.effects)]
+        return tuple(frozen(active) if any(active is each for each in identified) else active for active in effects)
 
 
 def decide(

@@ -208,8 +208,8 @@ def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...
     """The test of the completed structure's residuals against the controls; None in calm air."""
     if not (decision.turbulence or may_be_turbulent(decision.completed)):
         return None
-    instruments = len(decision.kinematic_estimate.point.effects)
-    return dependence_on_records(decision.completed, instruments, decision.level_shifts)
+    acting = decision.with_instruments_held(decision.completed.point.effects)
+    return dependence_on_records(decision.completed, acting, decision.level_shifts)
 
 
 def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:

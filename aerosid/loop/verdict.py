@@ -122,9 +122,7 @@ def summarise(
     """
     sentence = verdict.value
     if effects:
-        shown = [_named(effect) for effect in effects[:_LISTED]]
-        further = [f"{len(effects) - _LISTED} more"] if len(effects) > _LISTED else []
-        sentence = f"The declared model lacks {listed([*shown, *further])}."
+        sentence = f"The declared model lacks {_first_of([_named(effect) for effect in effects])}."
         if verdict is Verdict.PARTLY_EXPLAINED and leaves:
             sentence += " A significant residual remains."
     if verdict is Verdict.NOT_EXCITED:
@@ -132,8 +130,7 @@ def summarise(
     if others:
         sentence += f" {_another(others)}"
     if effects and lowered:
-        rows = [f"{row.coefficient} of {row.log}" for row in lowered[:_LISTED]]
-        of_logs = listed([*rows, f"{len(lowered) - _LISTED} more"] if len(lowered) > _LISTED else rows)
+        of_logs = _first_of([f"{row.coefficient} of {row.log}" for row in lowered])
         sentence += f" The completed model predicts {of_logs} worse than the declared structure."
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
@@ -169,12 +166,10 @@ def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
         values = [
             f"{each.coefficient} {each.term} {with_deviation(each.value, each.std_error)} "
             f"(identification {with_deviation(each.fitted, each.fitted_std_error)})"
-            for each in own[:_LISTED]
+            for each in own
         ]
-        if len(own) > _LISTED:
-            values.append(f"{len(own) - _LISTED} more")
         notes.append(
-            f"{log} shows other derivatives than the identification: {listed(values)}. The largest difference is "
+            f"{log} shows other derivatives than the identification: {_first_of(values)}. The largest difference is "
             f"{number(own[0].distance, 2)} standard errors. The completed aircraft is that of the identification. "
             "Compare loading, configuration, airspeed and channels of this recording, or identify from it as well."
         )
@@ -197,6 +192,12 @@ def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
             )
         notes.append(told)
     return notes
+
+
+def _first_of(words: Sequence[str]) -> str:
+    """The first few in a sentence, and how many more there are."""
+    further = [f"{len(words) - _LISTED} more"] if len(words) > _LISTED else []
+    return listed([*words[:_LISTED], *further])
 
 
 def _capitalised(kind: str, where: str, term: str) -> str:
@@ -243,8 +244,7 @@ def _named(effect: Effect) -> str:
     if effect.kind == "aero_term":
         return f"{effect.where} {effect.term} = {with_deviation(effect.value, effect.std_error)}"
     unit = "" if effect.unit == "1" else f" {effect.unit}"
-    words = KINDS[effect.kind].words if effect.kind in KINDS else f"a {effect.kind.replace('_', ' ')}"
-    place = _place(effect.kind, effect.where)
+    words = _in_words(effect.kind, effect.where, effect.term)
     if effect.along:
-        place += f" along {listed(list(effect.along))}"
-    return f"{words}{place}{effect.moment} ({with_deviation(effect.value, effect.std_error)}{unit})"
+        words += f" along {listed(list(effect.along))}"
+    return f"{words}{effect.moment} ({with_deviation(effect.value, effect.std_error)}{unit})"

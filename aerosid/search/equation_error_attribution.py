@@ -92,12 +92,9 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
 def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
     """The regression of a structure with fewer parts, instrument errors held, with the initial states it needs."""
     completed = decision.completed
-    identified = len(decision.kinematic_estimate.point.effects)
     acting = completed.point.effects
-    effects = tuple(
-        frozen(active) if n < identified else active
-        for n, (active, simulated) in enumerate(zip(acting, _simulated(acting), strict=True))
-        if simulated in start.effects
+    effects = decision.with_instruments_held(
+        active for active, simulated in zip(acting, _simulated(acting), strict=True) if simulated in start.effects
     )
     point = Point(start.model, start.free, effects)
     adopted = {row.coefficient for row in decision.regressor_errors if row.adopted}

@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from aerosid.effects import frozen
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.regression.related_problems import as_compared
 from aerosid.equation_error.selection.cross_validation import fits_with_shifts
 from aerosid.equation_error.selection.penalties import Label
+from aerosid.equation_error.selection.structure import point_without
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,6 @@ def _with_effect(
 
 def _without_each(decision: EquationErrorDecision) -> Iterator[tuple[Label, Point]]:
     """The completed structure without each of its effects, the other instrument errors held."""
-    point, held = decision.completed.point, len(decision.kinematic_estimate.point.effects)
-    acting = [(active, frozen(active) if n < held else active) for n, active in enumerate(point.effects)]
     for row in decision.findings:
-        entries = set(row.hypothesis.entries)
-        effects = tuple(taken for active, taken in acting if active is not row.active)
-        free = tuple(entry for entry in point.free if entry not in entries)
-        yield row.hypothesis.label, Point(point.model.without(entries), free, effects)
+        point = point_without(decision.completed.point, row.hypothesis)
+        yield row.hypothesis.label, replace(point, effects=decision.with_instruments_held(point.effects))

@@ -33,7 +33,7 @@ def test_deletion_matches_a_separate_estimate() -> None:
     with on_cores(2):
         rest = deletions(replace(selected, cache={}), selected.chosen, with_columns=True)
     for peak, each in zip(rest, selected.chosen, strict=True):
-        point, weights = point_without(found.point, each), found.solution.weights
+        point, weights = point_without(found.point, each.hypothesis), found.solution.weights
         alone = maximise_likelihood(found.problem, point, weights, STEPS, near=found).estimate
         assert peak.log_likelihood == alone.log_likelihood
         unaided = estimate(found.problem, point, weights, STEPS)

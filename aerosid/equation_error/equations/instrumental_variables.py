@@ -54,7 +54,7 @@ def instrumental_variables(
 
 
 def responses_to_controls(
-    recordings: Sequence[Recording], settings: EquationErrorSettings, shifts: Sequence[float] = (0.0,)
+    recordings: Sequence[Recording], settings: EquationErrorSettings, shifts: Sequence[float]
 ) -> tuple[list[Array], ...] | tuple[None, ...]:
     """Functions of the controls of each record in the band, (n, K) for each shift; None without a recorded control.
 

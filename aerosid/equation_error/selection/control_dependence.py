@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.instrumental_variables import TRENDS, responses_to_controls, trends_in_band
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import Estimate, estimate
@@ -118,7 +118,7 @@ def dependent(rows: Sequence[ControlDependence]) -> tuple[ControlDependence, ...
 
 
 def dependence_on_records(
-    completed: Estimate, instruments: int, level_shifts: Mapping[str, tuple[ActiveEffect, ...]]
+    completed: Estimate, acting: tuple[ActiveEffect, ...], level_shifts: Mapping[str, tuple[ActiveEffect, ...]]
 ) -> tuple[ControlDependence, ...] | None:
     """The test of a structure on every record that can be tested, re-estimated on each validation record.
 
@@ -126,8 +126,8 @@ def dependence_on_records(
     ----------
     completed : Estimate
         Of the coefficient equations of the identification records.
-    instruments : int
-        The leading effects that are instrument errors identified by kinematics: held.
+    acting : tuple of ActiveEffect
+        Its effects, the instrument errors identified by kinematics held.
     level_shifts : mapping of str to tuple of ActiveEffect
         Step changes of each validation record.
 
@@ -136,8 +136,7 @@ def dependence_on_records(
     tuple of ControlDependence, or None
         None where the controls of an identification record rest or its samples are few.
     """
-    problem, acting = completed.problem, completed.point.effects
-    acting = (*map(frozen, acting[:instruments]), *acting[instruments:])
+    problem = completed.problem
     rows = [*control_dependence(estimate(problem, completed.point.with_effects(acting), completed.solution.weights))]
     tested = {row.recording for row in rows}
     if any(recording.fitted and recording.name not in tested for recording in problem.recordings):

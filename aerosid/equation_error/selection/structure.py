@@ -58,9 +58,8 @@ def penalised_likelihood(selected: SelectedStructure, criterion: SelectionCriter
     return selected.estimate.log_likelihood - joint_penalty(criterion, selected.estimate.point, chosen)
 
 
-def point_without(point: Point, chosen: SelectedEffect) -> Point:
+def point_without(point: Point, hypothesis: Hypothesis) -> Point:
     """The point without a hypothesis: its terms and effects removed."""
-    hypothesis = chosen.hypothesis
     own = effects_of(point, hypothesis)
     effects = tuple(active for active in point.effects if not any(active is one for one in own))
     dropped = set(hypothesis.entries)
@@ -83,7 +82,12 @@ def deletions(
 
     def reestimated(each: SelectedEffect) -> Optimum:
         peak = cached(each) or maximise_likelihood(
-            problem, point_without(found.point, each), found.solution.weights, STEPS, near=found, keep_near=True
+            problem,
+            point_without(found.point, each.hypothesis),
+            found.solution.weights,
+            STEPS,
+            near=found,
+            keep_near=True,
         )
         return peak.with_columns() if with_columns else peak
 
@@ -126,7 +130,8 @@ def estimate_without(selected: SelectedStructure, each: SelectedEffect) -> Estim
 def optimum_without_all(selected: SelectedStructure, effects: Iterable[SelectedEffect]) -> Optimum:
     """The regression of the structure without several effects, the parameters of the others as starting values."""
     found = selected.estimate
-    return maximise_likelihood(found.problem, reduce(point_without, effects, found.point), found.solution.weights)
+    point = reduce(point_without, (each.hypothesis for each in effects), found.point)
+    return maximise_likelihood(found.problem, point, found.solution.weights)
 
 
 def estimate_without_all(selected: SelectedStructure, effects: Iterable[SelectedEffect]) -> Estimate:

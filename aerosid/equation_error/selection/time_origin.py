@@ -77,7 +77,7 @@ def _from_other_origin(
     """The structure with its early channels on time and every other one later by the shift, s."""
     point = selected.estimate.point
     for each in early:
-        point = point_without(point, each)
+        point = point_without(point, each.hypothesis)
     point = replace(point, effects=tuple(_later(active, shift) for active in point.effects))
     chosen = [each for each in selected.chosen if each not in early]
     timed = {each.hypothesis.where for each in selected.chosen if each.hypothesis.kind in DELAY_KINDS}
