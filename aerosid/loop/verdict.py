@@ -21,7 +21,7 @@ from aerosid.notation import listed, number, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.findings import named
-from aerosid.search.lowered_coefficients import LoweredCoefficient
+from aerosid.search.lowered_coefficients import LOWERED, LoweredCoefficient
 from aerosid.search.other_derivatives import OtherDerivative
 
 
@@ -74,7 +74,7 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
         )
     if not found.findings:
         return Judgement(Verdict.UNEXPLAINED if leaves else Verdict.NOTHING_MISSING, leaves)
-    partly = leaves or bool(found.other_derivatives) or bool(found.lowered)
+    partly = leaves or bool(found.other_derivatives) or any(row.significant for row in found.lowered)
     return Judgement(Verdict.PARTLY_EXPLAINED if partly else Verdict.EXPLAINED, leaves)
 
 
@@ -117,7 +117,7 @@ def summarise(
 ) -> str:
     """Summary: the missing effects, what else is open, and the error reduction on flights not used in the fit.
 
-    `others`: derivatives that differ on a validation flight; `lowered`: coefficients that are predicted worse there;
+    `others`: derivatives that differ on a validation flight; `lowered`: coefficients of lower R^2 there;
     `leaves`: whether a residual remains.
     """
     sentence = verdict.value
@@ -129,9 +129,9 @@ def summarise(
         return f"{sentence} The completed aircraft keeps every declared value."
     if others:
         sentence += f" {_another(others)}"
-    if effects and lowered:
-        of_logs = _first_of([f"{row.coefficient} of {row.log}" for row in lowered])
-        sentence += f" The completed model predicts {of_logs} worse than the declared structure."
+    worse = [f"{row.coefficient} of {row.log}" for row in lowered if row.significant]
+    if effects and worse:
+        sentence += f" The completed model predicts {_first_of(worse)} worse than the declared structure."
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
@@ -177,12 +177,20 @@ def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
 
 
 def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
-    """A remark on each coefficient of a validation flight that is predicted worse."""
+    """A remark on each coefficient of a validation flight whose R^2 is lower, significantly or not."""
     notes = []
     for row in lowered:
+        fallen = f"R² in the band of the motion {number(row.before)} before and {number(row.after)} after"
+        if not row.significant:
+            notes.append(
+                f"{row.coefficient} of {row.log}: {fallen}, a fall within {number(LOWERED.deviations)} of its standard "
+                f"errors of {number(row.std_error, 2)}, by the noise of that flight and by those of the derivatives. "
+                "It does not count against the completed model."
+            )
+            continue
         told = (
             f"{row.coefficient} of {row.log} is predicted worse by the completed model than by the declared structure "
-            f"re-estimated: R² in the band of the motion {number(row.before)} before and {number(row.after)} after."
+            f"re-estimated: {fallen}, standard error of the fall {number(row.std_error, 2)}."
         )
         if row.effect:
             told += (

@@ -111,7 +111,7 @@ def test_a_second_signal_ends_the_process_at_once(number: signal.Signals, code: 
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-@pytest.mark.parametrize("second", [None, 0.3])
+@pytest.mark.parametrize("second", [None, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_a_study_ends_with_its_workers(second: float | None, tmp_path: Path) -> None:
     # All processes receive the signal, as from a terminal.
     words = ("study", "--aircraft", "light_transport", "--runs", "300", "--workers", "2", "--out", "out")
@@ -156,6 +156,7 @@ def test_an_error_after_a_signal_is_its_consequence() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.slow
 def test_a_warm_up_that_is_interrupted_alone_ends_its_workers(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path), "AEROSID_CACHE_DIR": ""}
     with subprocess.Popen(

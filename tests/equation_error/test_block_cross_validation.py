@@ -91,9 +91,13 @@ def test_a_record_too_short_for_two_blocks_has_none_and_of_several_records_each_
     assert all(b.first == 0 for b in blocks)
 
 
+NO_SLOPES = np.zeros((200, 0))
+
+
 def left(seed: int, size: float) -> PredictionResidual:
     generator = np.random.default_rng(seed)
-    return PredictionResidual(generator.standard_normal(200), size * generator.standard_normal(200), 0.0)
+    measured, residual = generator.standard_normal(200), size * generator.standard_normal(200)
+    return PredictionResidual(measured, residual, NO_SLOPES, np.eye(0))
 
 
 def test_a_worse_prediction_refutes_unless_another_coefficient_gains_more() -> None:

@@ -172,6 +172,7 @@ def test_an_airspeed_off_by_one_and_a_half_per_cent_leaves_the_derivatives_withi
             assert abs(decision.completed.solution.values[n] - true) < 3.0 * deviations[n]
 
 
+@pytest.mark.slow
 def test_a_declared_calibration_is_believed() -> None:
     """With the scale factor declared as one the derivatives by alpha are as certain as the flights make them."""
     body = BODIES[0]

@@ -62,6 +62,7 @@ def elevator_moment(found: EquationErrorDecision) -> tuple[str, object]:
     return entry
 
 
+@pytest.mark.slow
 def test_a_delay_and_a_lag_of_one_control_are_found_together(tmp_path: Path) -> None:
     values = values_of(flight(tmp_path, "a delay and a lag of the elevator"))
     assert set(values) == {("control_delay", "delta_e"), ("control_lag", "delta_e"), ("cg_shift", "x")}
@@ -71,6 +72,7 @@ def test_a_delay_and_a_lag_of_one_control_are_found_together(tmp_path: Path) -> 
         assert error < 0.006
 
 
+@pytest.mark.slow
 def test_a_stall_takes_the_place_of_the_terms_that_stood_for_it(tmp_path: Path) -> None:
     found = flight(tmp_path, "a stall behind a lag of the elevator")
     values = values_of(found)
@@ -108,6 +110,7 @@ def test_a_thrust_step_and_a_step_of_the_axial_force_are_alternatives(tmp_path: 
         assert row.time == pytest.approx(10.61, abs=0.2)
 
 
+@pytest.mark.slow
 def test_a_surface_that_hardly_moves_does_not_hide_the_stabiliser_that_does(tmp_path: Path) -> None:
     """Without both the derivatives of C_m are nearly zero, and so is what an effect would change in proportion to them.
 
@@ -123,6 +126,7 @@ def test_a_surface_that_hardly_moves_does_not_hide_the_stabiliser_that_does(tmp_
     assert abs(found.completed.point.model.value(elevator_moment(found)) + 1.2) < 0.2
 
 
+@pytest.mark.slow
 def test_two_steps_of_one_coefficient_are_told_apart(tmp_path: Path) -> None:
     """As of gear and flap. With one step of C_m at most, a shifted centre of gravity stood for the other, by the lift
     step of the flap, and C_m alpha was 44 of its standard errors off.

@@ -90,6 +90,7 @@ def test_a_moving_centre_of_gravity_is_no_step_of_the_moment(tmp_path: Path) -> 
     assert abs(row.value - 0.155) < 3.0 * row.std_error
 
 
+@pytest.mark.slow
 def test_effects_masked_by_an_eliminated_one_are_tested_again(tmp_path: Path) -> None:
     """Separation with its moment at the limit masked a nonlinear moment and left; the moment stayed 28 % off."""
     found = decided_of(tmp_path, 104, 31)

@@ -60,7 +60,7 @@ def test_a_validation_flight_of_the_same_aircraft_is_not() -> None:
     assert not remarks(closed(0.6, NOTHING))
 
 
-@pytest.mark.parametrize("method", ["evidence", "iebmee"])
+@pytest.mark.parametrize("method", ["evidence", pytest.param("iebmee", marks=pytest.mark.slow)])
 def test_in_white_noise_it_is_told_by_the_likelihood(method: Method) -> None:
     """Both of the paper's terms on both flights, and half as much again of static stability on the second."""
     fitted = Problem(undeclared=BOTH_SQUARES, duration=8.0)
@@ -123,6 +123,7 @@ def test_a_step_of_the_validation_flight_is_no_derivative() -> None:
     assert not lowered_coefficients(found)
 
 
+@pytest.mark.slow
 def test_estimates_of_two_flights_differ_by_their_standard_errors() -> None:
     """Thirty differences of six aircraft in gusts: in units of their standard errors no larger than normal."""
     distances = []

@@ -61,6 +61,7 @@ def test_without_another_flight_nothing_is_confirmed() -> None:
     assert confirmed_terms(search, before, drag, []) == ()
 
 
+@pytest.mark.slow
 def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
     """In a very strict search, the same drag term is named only with the validation flight that confirms it."""
     small, elsewhere = (replace(problem, undeclared={DRAG: 0.15}) for problem in (WITH, ELSEWHERE))

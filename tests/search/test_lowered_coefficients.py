@@ -42,6 +42,7 @@ def test_each_coefficient_is_listed_with_the_effect_that_lowers_it(number: int) 
     for row in rows:
         assert row.log == "b"
         assert row.after < row.before - 5.0 * LOWERED.fall
+        assert row.significant
         # It is the only effect: without it the structure is the declared one.
         assert row.effect == ("sensor_delay", "alpha", "")
         assert row.without == pytest.approx(row.before, abs=1e-3)

@@ -105,11 +105,8 @@ def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResid
             residual = solution.residuals[rows] - columns @ change
             own = columns[:, free]
             residual, tilted = without_constants(residual, columns[:, retained], own)
-            parameter_variance = float(
-                np.mean(np.sum((tilted @ covariance[np.ix_(retained, retained)]) * tilted, axis=1))
-            )
-            measured = design.target[rows]
-            result[number, equation] = PredictionResidual(measured - measured.mean(), residual, parameter_variance)
+            measured, own_covariance = design.target[rows], covariance[np.ix_(retained, retained)]
+            result[number, equation] = PredictionResidual(measured - measured.mean(), residual, tilted, own_covariance)
     return result
 
 

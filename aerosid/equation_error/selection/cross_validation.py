@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -40,13 +41,47 @@ class CoefficientFit:
 class PredictionResidual:
     """Prediction residual of one coefficient of one record, its constants fitted there.
 
-    `measured`, `residual` (n,): measured coefficient and residual about their means; `parameter_variance`: mean square,
-    on such a record, of the prediction's standard error due to the estimated parameters.
+    `measured`, `residual` (n,): measured coefficient and residual about their means. `slopes` (n, K): sensitivities of
+    the prediction to the estimated parameters; `covariance` (K, K) of these.
     """
 
     measured: Array
     residual: Array
-    parameter_variance: float
+    slopes: Array
+    covariance: Array
+
+    @cached_property
+    def parameter_variance(self) -> float:
+        """Mean square of the prediction's standard error due to the estimated parameters."""
+        return float(np.mean(np.sum((self.slopes @ self.covariance) * self.slopes, axis=1)))
+
+    def rise_over(self, before: PredictionResidual) -> tuple[float, float]:
+        """Rise of the mean square over that of another model, and its standard error.
+
+        The squares differ by the product of the difference d of the predictions and the sum of the residuals. Noise e
+        of the record, of covariance T, adds 4 d' T d / n^2 to the variance of its mean, and an error of the estimated
+        parameters, which shifts both residuals alike, S by S, 4 d' S C S' d / n^2.
+        """
+        difference = before.residual - self.residual
+        by_parameters = self.slopes.T @ difference
+        variance = before.noise_along(difference) + float(by_parameters @ self.covariance @ by_parameters)
+        rise = float(np.mean(self.residual**2) - np.mean(before.residual**2))
+        return rise, 2.0 * float(np.sqrt(max(variance, 0.0))) / difference.size
+
+    def noise_along(self, direction: Array) -> float:
+        """Variance d' T d of the record's noise along a direction (n,).
+
+        T by the autocovariance (Newey & West, 1987) of what is left of the residual beside all errors of the
+        parameters: it must not count those once more.
+        """
+        values, _, rank, _ = np.linalg.lstsq(self.slopes, self.residual, rcond=None)
+        noise = self.residual - self.slopes @ values
+        samples = noise.size
+        total = float(noise @ noise) * float(direction @ direction)
+        for lag in range(1, min(LAGS, samples - 1) + 1):
+            product = float(noise[lag:] @ noise[:-lag]) * float(direction[lag:] @ direction[:-lag])
+            total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * product
+        return total / max(samples - int(rank) - 1, 1)
 
 
 PredictionResiduals = Mapping[tuple[int, str], PredictionResidual]
@@ -84,8 +119,7 @@ def prediction_residuals(
             constant = np.column_stack([constant, steps[recording, equation]])
         residual, slopes = without_constants(target - slopes @ found.solution.values[rows_of], slopes, constant)
         residual, slopes = without_random_walk(residual, slopes, design.columns[rows][:, random_walk])
-        parameter_variance = float(np.mean(np.sum((slopes @ covariance) * slopes, axis=1)))
-        result[recording, equation] = PredictionResidual(target - target.mean(), residual, parameter_variance)
+        result[recording, equation] = PredictionResidual(target - target.mean(), residual, slopes, covariance)
     return result
 
 
@@ -108,8 +142,12 @@ def without_random_walk(residual: Array, slopes: Array, modes: Array) -> tuple[A
 
 def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
     """R^2 and Theil's coefficient of every coefficient and record."""
+    return _fits_to(problem, prediction_residuals(problem, found))
+
+
+def _fits_to(problem: RegressionProblem, residuals: PredictionResiduals) -> tuple[CoefficientFit, ...]:
     rows = []
-    for (index, equation), each in prediction_residuals(problem, found).items():
+    for (index, equation), each in residuals.items():
         recording, measured, residual = problem.recordings[index], each.measured, each.residual
         total = max(float(measured @ measured), 1e-300)
         inequality = theil(measured, measured - residual)
@@ -132,9 +170,16 @@ def fits_with_shifts(
 
     `level_shifts`: by the name of the record.
     """
+    return _fits_to(problem, residuals_with_shifts(problem, level_shifts, found))
+
+
+def residuals_with_shifts(
+    problem: RegressionProblem, level_shifts: Mapping[str, tuple[ActiveEffect, ...]], found: Estimate
+) -> PredictionResiduals:
+    """Prediction residuals with the step changes of validation records acting there, as `fits_with_shifts`."""
     shifts = tuple(active for of_one in level_shifts.values() for active in of_one)
     point = found.point.with_effects((*found.point.effects, *shifts)) if shifts else found.point
-    return fits_of(problem, replace(found, point=point))
+    return prediction_residuals(problem, replace(found, point=point))
 
 
 def rises(
