@@ -75,6 +75,11 @@ class Design:
         edges = self.bounds.tolist()
         return [slice(first, stop) for first, stop in pairwise(edges)]
 
+    @cached_property
+    def target_and_columns(self) -> Array:
+        """The target beside the columns, (R, 1 + P): a regression whitens them with one colour after another."""
+        return np.column_stack([self.target, self.columns])
+
     def colour_groups(self, memory: float) -> tuple[list[tuple[str, float]], ColourGroups]:
         """Equations whose segments may share a colour, and those segments.
 
@@ -278,7 +283,7 @@ def whiten(design: Design, values: Array, weights: Weights) -> Array:
 
 def solve(design: Design, weights: Weights) -> Solution:
     """Generalised least squares at given weights; unidentifiable unknowns stay zero with infinite deviation."""
-    white = whiten(design, np.column_stack([design.target, design.columns]), weights)
+    white = whiten(design, design.target_and_columns, weights)
     bases = whitened_instruments(design, weights)
     y, x = white[:, 0], compared(design, white[:, 1:], bases)
     gram, information = design.normal_equations(x, y)
@@ -327,6 +332,8 @@ def log_likelihoods(
 
 def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Array:
     """Whitened rows (R, K), each segment's projected on its whitened instruments."""
+    if all(basis is None for basis in bases):
+        return white
     out = white.copy()
     for s, basis in enumerate(bases):
         if basis is not None:
@@ -367,12 +374,14 @@ def _white_weights_of(design: Design, rows: Array) -> Weights:
 def regress(
     design: Design,
     settings: EquationErrorSettings,
-    start: Weights | None = None,
+    start: Weights | Solution | None = None,
     rounds: int = 3,
 ) -> Solution:
-    """Least squares and the residuals' colours and sizes, alternating."""
-    weights = start or white_weights(design)
-    solution = solve(design, weights)
+    """Least squares and the residuals' colours and sizes, alternating.
+
+    `start`: initial noise model, or the design's solution with it where that is known.
+    """
+    solution = start if isinstance(start, Solution) else solve(design, start or white_weights(design))
     for _ in range(rounds if start else rounds + 3):
         weights = residual_weights(design, solution.residuals, settings)
         found = solve(design, weights)

@@ -379,8 +379,8 @@ def _stepped(
             effects[i] = effects[i].perturbed(k, share * float(change))
         trial = with_terms(replace(point, effects=tuple(effects)), design, full.values[: len(design.unknowns)])
         fresh = problem.design(trial)
-        if solve(fresh, full.weights).log_likelihood > start.log_likelihood - CLOSE:
-            solved = regress(fresh, problem.settings, full.weights)
+        if (reached := solve(fresh, full.weights)).log_likelihood > start.log_likelihood - CLOSE:
+            solved = regress(fresh, problem.settings, reached)
             return with_terms(trial, fresh, solved.values), fresh, solved
         share *= 0.4
     return None, design, start
