@@ -43,8 +43,8 @@ HALVINGS = 4
 REPETITIONS = 6
 """Numerical: times at most that a regression is repeated with the lift estimated by the one before."""
 
-SETTLED = 1e-4
-"""Numerical: fractional change of every term's value below which that ends."""
+SETTLED = 0.02
+"""Numerical: change of every term's value, over its standard error, below which that ends."""
 
 CLOSE = 0.05
 """Numerical: change of ln L in a step that counts as converged."""
@@ -335,13 +335,14 @@ def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None
     has_lift = any(term.variables & set(LIFT) for _, term in (*point.free, *point.model.entries))
     if not has_lift and not _errors_act_by_terms(problem, design):
         return moved, design, solution
+    terms = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("term", "one")]
     for _ in range(REPETITIONS):
-        before = moved.model.values
+        before = solution.values
         design = problem.design(moved)
         solution = regress(design, problem.settings, solution.weights)
         moved = with_terms(moved, design, solution.values)
-        change = np.abs(moved.model.values - before)
-        if np.all(change <= SETTLED * np.maximum(np.abs(before), 1e-12)):
+        deviations = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))
+        if np.all(np.abs(solution.values - before)[terms] <= SETTLED * deviations[terms]):
             break
     return moved, design, solution
 
