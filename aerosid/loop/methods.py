@@ -87,10 +87,12 @@ def _compared_on_validation(result: MethodResult, problem: IdentificationProblem
     """The result with what differs on a validation flight, by the estimator that the values are from."""
     found, decision = result.found, result.decision
     if decision is not None and found.regressed:
-        others, lowered = other_derivatives_by_equations(decision), lowered_coefficients(decision)
-        return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
-    others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
-    return replace(result, found=replace(found, other_derivatives=others))
+        others = other_derivatives_by_equations(decision)
+    else:
+        others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
+    # R^2 is that of the regression, whose structure an output-error estimate in calm air takes over.
+    lowered = lowered_coefficients(decision) if decision is not None and found.r_squared and found.findings else ()
+    return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:

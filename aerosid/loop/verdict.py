@@ -21,7 +21,7 @@ from aerosid.notation import listed, number, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.findings import named
-from aerosid.search.lowered_coefficients import LOWERED, LoweredCoefficient
+from aerosid.search.lowered_coefficients import LOWERED, LoweredCoefficient, LoweringEffect
 from aerosid.search.other_derivatives import OtherDerivative
 
 
@@ -183,23 +183,42 @@ def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
         fallen = f"R² in the band of the motion {number(row.before)} before and {number(row.after)} after"
         if not row.significant:
             notes.append(
-                f"{row.coefficient} of {row.log}: {fallen}, a fall within {number(LOWERED.deviations)} of its standard "
-                f"errors of {number(row.std_error, 2)}, by the noise of that flight and by those of the derivatives. "
-                "It does not count against the completed model."
+                f"{row.coefficient} of {row.log}: {fallen}, a fall of less than {number(LOWERED.deviations, 1)} "
+                f"standard errors of {number(row.std_error, 2)}, which contain that flight's noise and the uncertainty "
+                "of the derivatives. It does not count against the completed model."
             )
             continue
         told = (
             f"{row.coefficient} of {row.log} is predicted worse by the completed model than by the declared structure "
             f"re-estimated: {fallen}, standard error of the fall {number(row.std_error, 2)}."
         )
-        if row.effect:
-            told += (
-                f" Without {_in_words(*row.effect)} it would be {number(row.without)}, but the flights as a whole are "
-                "explained better with it: something else may be missing beside it. Check that effect before using the "
-                "completed model for this coefficient."
-            )
+        if row.effect is not None:
+            told += f" {_on_lowering(row.effect)}"
         notes.append(told)
     return notes
+
+
+def _on_lowering(effect: LoweringEffect) -> str:
+    """What the coefficient would be without an effect, and what that flight alone says of it."""
+    unit = f" {effect.unit}" if effect.unit not in ("", "1") else ""
+    fitted = f"{with_deviation(effect.fitted, effect.std_error)}{unit}"
+    alone = f"{with_deviation(effect.alone, effect.alone_std_error)}{unit}"
+    told = f"Without {_in_words(*effect.label)} it would be {number(effect.r2)}."
+    if effect.differs:
+        return (
+            f"{told} That flight alone gives {alone} for it, {number(effect.distance, 2)} standard errors from "
+            f"{fitted} of the identification: the flights differ in it, as of another sensor, recorder setting or "
+            "configuration. Find out which holds before using the completed model."
+        )
+    if effect.is_determined:
+        return (
+            f"{told} That flight alone gives {alone} for it, and the identification {fitted}: both show it, and "
+            "something else may be missing beside it that this coefficient needs."
+        )
+    return (
+        f"{told} That flight alone does not determine it; the identification gives {fitted}. Check it before using the "
+        "completed model for this coefficient."
+    )
 
 
 def _first_of(words: Sequence[str]) -> str:

@@ -75,7 +75,7 @@ class Attribution:
     other_derivatives : tuple of OtherDerivative
         Derivatives that differ on a validation flight.
     lowered : tuple of LoweredCoefficient
-        Of a regression: coefficients of a validation flight whose R^2 is lower by the completed model.
+        Where `r_squared` is given: coefficients of a validation flight whose R^2 the completed model lowers.
     noise_hidden : bool
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.

@@ -1,24 +1,26 @@
 """Coefficients of a validation flight that the completed model predicts worse than the declared structure.
 
 What the likelihood of all flights shows stays in the model, although a coefficient of one of them may be predicted
-better without it: a structure that lacks something else can be nearer to that flight without the effect. The user is
-told which coefficient, by how much, and which effect it is.
+better without it. The user is told which coefficient, by how much, which effect it is, and what that flight alone
+says of the effect: where it agrees, a structure that lacks something else is nearer to the flight without the effect;
+where it does not, the flights differ in the effect itself, as of a vane that was late on one of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aerosid.effects import frozen
 from aerosid.equation_error.decision import EquationErrorDecision
-from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.regression.related_problems import as_compared
+from aerosid.equation_error.regression.related_problems import as_compared, fitted_alone
+from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.cross_validation import fits_with_shifts, residuals_with_shifts
-from aerosid.equation_error.selection.penalties import Label
+from aerosid.equation_error.selection.penalties import Label, effects_of
 from aerosid.equation_error.selection.structure import point_without
+from aerosid.equation_error.selection.wald_tests import EffectEstimate, unknown_indices
 
 
 @dataclass(frozen=True)
@@ -34,11 +36,14 @@ class LoweredSettings:
         that both structures predict equally well.
     share : float
         Part of the fall, 1, that must vanish without an effect for it to be named. Chosen: half.
+    apart : float
+        Standard errors of the difference from which a flight has another value of that effect. Chosen: as of a finding.
     """
 
     fall: float = 0.01
     deviations: float = 2.0
     share: float = 0.5
+    apart: float = 3.0
 
 
 LOWERED = LoweredSettings()
@@ -46,12 +51,53 @@ LOWERED = LoweredSettings()
 
 
 @dataclass(frozen=True)
+class LoweringEffect:
+    """The effect of the completed model without which a coefficient of a validation flight would be predicted best.
+
+    Attributes
+    ----------
+    label : (str, str, str)
+        Kind, place and term.
+    r2 : float
+        R^2 of the coefficient without it.
+    fitted, std_error : float
+        Its leading parameter by the identification, in `unit`.
+    alone, alone_std_error : float
+        By the coefficients of that flight alone, its derivatives estimated as well; a standard error of zero where it
+        does not determine the parameter, or only a limit of it.
+    unit : str
+    """
+
+    label: Label
+    r2: float
+    fitted: float
+    std_error: float
+    alone: float
+    alone_std_error: float
+    unit: str
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether that flight alone determines it."""
+        return 0.0 < self.alone_std_error < np.inf
+
+    @property
+    def distance(self) -> float:
+        """Difference between both values in its standard errors."""
+        return abs(self.alone - self.fitted) / float(np.hypot(self.std_error, self.alone_std_error))
+
+    @property
+    def differs(self) -> bool:
+        """Whether that flight alone has another value."""
+        return self.is_determined and self.distance > LOWERED.apart
+
+
+@dataclass(frozen=True)
 class LoweredCoefficient:
     """A coefficient of a validation flight with R^2 of the declared structure re-estimated and of the completed one.
 
-    `std_error`: of the fall, by the noise of that flight and by the standard errors of the derivatives. `effect`: kind,
-    place and term of that without which it would be predicted best, and R^2 `without` it; None where none makes up for
-    most of the fall.
+    `std_error`: of the fall, by the noise of that flight and by the standard errors of the derivatives. `effect`: that
+    without which it would be predicted best; None where none makes up for most of the fall.
     """
 
     log: str
@@ -59,8 +105,7 @@ class LoweredCoefficient:
     before: float
     after: float
     std_error: float
-    effect: Label | None = None
-    without: float = 0.0
+    effect: LoweringEffect | None = None
 
     @property
     def significant(self) -> bool:
@@ -80,7 +125,6 @@ def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoeffi
     ]
     if not fallen or not decision.findings:
         return ()
-    problem = decision.completed.problem
     std_errors = _std_errors(decision)
     lowered = [
         LoweredCoefficient(
@@ -88,11 +132,8 @@ def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoeffi
         )
         for before, after in fallen
     ]
-    without = []
-    for effect, point in _without_each(decision):
-        fits = fits_with_shifts(as_compared(problem), decision.level_shifts, estimate(problem, point))
-        without.append((effect, {(fit.recording, fit.coefficient): fit.r2 for fit in fits}))
-    return tuple(_with_effect(row, without) for row in lowered)
+    without = [(row, _fits_without(decision, row)) for row in decision.findings]
+    return tuple(_with_effect(row, decision, without) for row in lowered)
 
 
 def _std_errors(decision: EquationErrorDecision) -> dict[tuple[str, str], float]:
@@ -108,18 +149,44 @@ def _std_errors(decision: EquationErrorDecision) -> dict[tuple[str, str], float]
     }
 
 
+def _fits_without(decision: EquationErrorDecision, row: EffectEstimate) -> dict[tuple[str, str], float]:
+    """R^2 of each record and coefficient by the structure without an effect, the other instrument errors held."""
+    problem = decision.completed.problem
+    point = point_without(decision.completed.point, row.hypothesis)
+    found = estimate(problem, replace(point, effects=decision.with_instruments_held(point.effects)))
+    fits = fits_with_shifts(as_compared(problem), decision.level_shifts, found)
+    return {(fit.recording, fit.coefficient): fit.r2 for fit in fits}
+
+
 def _with_effect(
-    row: LoweredCoefficient, without: list[tuple[Label, dict[tuple[str, str], float]]]
+    row: LoweredCoefficient,
+    decision: EquationErrorDecision,
+    without: list[tuple[EffectEstimate, dict[tuple[str, str], float]]],
 ) -> LoweredCoefficient:
     """The row with the effect without which its coefficient is predicted best, where that is most of the fall."""
-    effect, r2 = max(((effect, fits[row.log, row.coefficient]) for effect, fits in without), key=lambda pair: pair[1])
+    effect, r2 = max(
+        ((effect, fits[row.log, row.coefficient]) for effect, fits in without),
+        key=lambda pair: pair[1],
+    )
     if r2 - row.after < LOWERED.share * (row.before - row.after):
         return row
-    return replace(row, effect=effect, without=r2)
+    alone, alone_std_error = _alone(decision, effect, row.log)
+    unit = effect.active.effect.parameters[0].unit if effect.active is not None else ""
+    values = effect.value, effect.std_error, alone, alone_std_error
+    return replace(row, effect=LoweringEffect(effect.hypothesis.label, r2, *values, unit))
 
 
-def _without_each(decision: EquationErrorDecision) -> Iterator[tuple[Label, Point]]:
-    """The completed structure without each of its effects, the other instrument errors held."""
-    for row in decision.findings:
-        point = point_without(decision.completed.point, row.hypothesis)
-        yield row.hypothesis.label, replace(point, effects=decision.with_instruments_held(point.effects))
+def _alone(decision: EquationErrorDecision, row: EffectEstimate, log: str) -> tuple[float, float]:
+    """An effect's leading parameter by one record alone, and its standard error; the other effects are held."""
+    completed = decision.completed
+    (recording,) = (each for each in completed.problem.recordings if each.name == log)
+    own = effects_of(completed.point, row.hypothesis)
+    acting = (*completed.point.effects, *decision.level_shifts.get(log, ()))
+    effects = tuple(active if any(active is one for one in own) else frozen(active) for active in acting)
+    found = estimate(fitted_alone(completed.problem, recording), completed.point.with_effects(effects))
+    place = next(iter(unknown_indices(found, row.hypothesis)), None)
+    if place is None:
+        return row.value, 0.0
+    of_effect = effects_of(found.point, row.hypothesis)
+    value = of_effect[0].values[0] if of_effect else float(found.solution.values[place])
+    return value, float(np.sqrt(corrected_covariance(found.design, found.solution)[place, place]))

@@ -9,7 +9,7 @@ the same aircraft differ by a few per cent in what no structure of a dozen terms
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from aerosid.effects import frozen
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.related_problems import fitted_alone
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.regressor_errors import with_instrumental_values
 from aerosid.estimation.deviations import Deviations, deviations
@@ -143,7 +144,7 @@ def _regressed_on(recording: Recording, decision: EquationErrorDecision, adopted
     """The completed structure's coefficients regressed on one record that was not fitted."""
     point = decision.completed.point
     acting = (*point.effects, *decision.level_shifts.get(recording.name, ()))
-    alone = replace(decision.completed.problem, recordings=(replace(recording, fitted=True),), all_fitted=False)
+    alone = fitted_alone(decision.completed.problem, recording)
     return with_instrumental_values(estimate(alone, point.with_effects(tuple(map(frozen, acting)))), adopted)
 
 

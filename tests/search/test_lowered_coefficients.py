@@ -44,8 +44,13 @@ def test_each_coefficient_is_listed_with_the_effect_that_lowers_it(number: int) 
         assert row.after < row.before - 5.0 * LOWERED.fall
         assert row.significant
         # It is the only effect: without it the structure is the declared one.
-        assert row.effect == ("sensor_delay", "alpha", "")
-        assert row.without == pytest.approx(row.before, abs=1e-3)
+        effect = row.effect
+        assert effect is not None
+        assert effect.label == ("sensor_delay", "alpha", "")
+        assert effect.r2 == pytest.approx(row.before, abs=1e-3)
+        # The other flight was flown with a vane that is not late.
+        assert effect.differs
+        assert abs(effect.alone) < 3.0 * effect.alone_std_error
 
 
 def test_a_vane_that_is_late_on_both_flights_lowers_nothing() -> None:
@@ -62,3 +67,4 @@ def test_the_user_is_told_and_the_flights_are_not_explained() -> None:
     notes = [note for note in result.notes if "is predicted worse by the completed model" in note]
     assert len(notes) == 3
     assert all("Without a sensor delay of alpha it would be 0.9" in note for note in notes)
+    assert all("the flights differ in it" in note for note in notes)

@@ -337,8 +337,7 @@ def _regressed(problem: RegressionProblem, point: Point, weights: Weights | None
         return moved, design, solution
     terms = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("term", "one")]
     for _ in range(REPETITIONS):
-        before = solution.values
-        design = problem.design(moved)
+        before, design = solution.values, problem.design(moved)
         solution = regress(design, problem.settings, solution.weights)
         moved = with_terms(moved, design, solution.values)
         deviations = np.sqrt(np.maximum(np.diag(solution.covariance), 0.0))

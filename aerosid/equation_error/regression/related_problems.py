@@ -34,6 +34,11 @@ def likeliest_estimate(found: Estimate, frames: Iterable[RegressionProblem]) -> 
     return best
 
 
+def fitted_alone(problem: RegressionProblem, recording: Recording) -> RegressionProblem:
+    """The problem of one of the records alone, its coefficients fitted."""
+    return replace(problem, recordings=(replace(recording, fitted=True),), all_fitted=False)
+
+
 def as_compared(problem: RegressionProblem) -> RegressionProblem:
     """The problem in which a model's coefficients are compared with the measured ones, on every record."""
     settings = replace(
