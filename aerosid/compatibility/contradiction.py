@@ -371,8 +371,9 @@ def _remedies(
         if channel in ("a_x", "a_z"):
             for offset, words in OFFSETS:
                 yield channel, words, _with_channel(windows, channel, given + offset)
+        present = np.isfinite(given)
         for shift in (sign * seconds for seconds in settings.shifts for sign in (1.0, -1.0)):
-            moved = np.interp(windows.time + shift, windows.time, given)
+            moved = np.interp(windows.time + shift, windows.time[present], given[present])
             words = f"when moved about {abs(shift):g} s {'earlier' if shift > 0.0 else 'later'}"
             yield channel, words, _with_channel(windows, channel, moved)
 

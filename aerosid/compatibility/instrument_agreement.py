@@ -28,6 +28,7 @@ from aerosid.equation_error.selection.wald_tests import effect_estimates
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.nomenclature import CHANNELS
 from aerosid.notation import number
+from aerosid.signals.autoregression import correlation_time
 from aerosid.signals.fit_statistics import whiteness
 
 OBSERVED_BY = {"w": "alpha", "u": "V"}
@@ -113,9 +114,7 @@ def _moving_air(found: Estimate) -> Iterator[MovingAir]:
             manoeuvre = recording.manoeuvre
             across = manoeuvre.mean_airspeed if CHANNELS[channel].unit == "rad" else 1.0
             remaining = found.solution.residuals[found.design.rows(s)] * across
-            correlation = float(remaining[1:] @ remaining[:-1]) / max(float(remaining @ remaining), 1e-300)
-            step = recording.interval * recording.band.step
-            memories.append(-step / float(np.log(np.clip(correlation, 1e-3, 0.999))))
+            memories.append(correlation_time(remaining, recording.interval * recording.band.step))
             noise = max(noise, float(manoeuvre.noise[manoeuvre.row(channel)]) * across)
             residuals.append(remaining)
         if not residuals:

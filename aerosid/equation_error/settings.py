@@ -199,9 +199,9 @@ class EquationErrorSettings:
         As `doubt`, of a block of a single record. Two: there are up to twelve coefficients of blocks, where `doubt`
         applies to three of a record.
     rise_of_rest : float
-        Fraction, 1, of the unexplained variance of a validation coefficient by which it may rise with other parameters
-        of an instrument error before that record rejects them. Chosen after the Citation's short periods
-        (reports/recorded_flights.md).
+        Fraction, 1, of the unexplained variance of a validation coefficient, and no more than `least_rise` of the
+        whole, by which it may rise with other parameters of an instrument error before that record rejects them. Chosen
+        after the Citation's short periods (reports/recorded_flights.md).
     calm : float
         Fraction of the sideslip, 1, by which its vane may differ from the inertial path for the air to be calm: an
         output-error estimate then gives the parameters of the structure that the equations selected. Chosen: a tenth.
@@ -227,6 +227,9 @@ class EquationErrorSettings:
         Expected power of whitened kinematic residuals in the space of the instrumental variables over their power in
         all directions, 1: four poles do not whiten slow noise. Mean of 40 simulated flights in turbulence with nothing
         missing (benchmarks/turbulent_flights.py, seeds 4000 to 4039).
+    usual_freedom : float
+        Degrees of freedom of this prior expectation: about as many as one flight has of its own; the scatter over those
+        flights was no wider than that of chi squared.
     fewest_early : int
         Least number of early sensors for which the alternative, all others late, is tried: one alone is modelled most
         simply as early. By reasoning.
@@ -234,11 +237,9 @@ class EquationErrorSettings:
         Fraction, 1, of the residual variance of a validation coefficient that an effect shown by few blocks of the
         identification records must remove, where the validation record's gain in ln L does not confirm it. Chosen: a
         half.
-    usual_freedom : float
-        Degrees of freedom of this prior expectation: about as many as one flight has of its own; the scatter over those
-        flights was no wider than that of chi squared.
     least_rise : float
-        Least accompanying fall of R^2, 1: less is due to the uncertainty of the effect's parameters.
+        Least accompanying fall of R^2, 1: less is due to the uncertainty of the effect's parameters. Where hardly any
+        variance is unexplained, as above R^2 of .98, `rise_of_rest` is stricter on an instrument error.
     """
 
     false_alarm: float = 0.01

@@ -181,7 +181,7 @@ def _by_equations(
         settings.attribution,
         problem.declared,
     )
-    notes = notes_on_bridged_holes(problem.manoeuvres)
+    notes = notes_on_bridged_holes((*problem.manoeuvres, *problem.others))
     notes += tuple(note_on_delay(each) for each in decision.delay_discrepancies)
     together = decision.joint_evidence
     notes += tuple(

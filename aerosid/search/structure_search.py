@@ -162,12 +162,12 @@ class StructureSearch:
         return parts
 
     def groups(self, current: Refinement) -> list[list[Part]]:
-        """The added parts; step changes at about the same instant form one group."""
+        """The added parts; step changes of one record at about the same instant form one group."""
         groups: dict[object, list[Part]] = {}
         for part in self.parts(current, None):
             if part.is_disturbance:
                 continue
-            groups.setdefault(part.label if part.time is None else round(part.time, 0), []).append(part)
+            groups.setdefault(part.label if part.time is None else (part.log, round(part.time, 0)), []).append(part)
         return list(groups.values())
 
     def independent_gust_samples(self, active: ActiveEffect) -> float:

@@ -51,6 +51,15 @@ def test_a_channel_with_the_wrong_sign_is_named_with_its_remedy(log: FlightLog) 
     assert "alpha" in found.sentence
 
 
+def test_a_contradicting_channel_may_lack_samples(log: FlightLog) -> None:
+    """Moving its clock spread a missing sample over those that are compared, and no step could be computed."""
+    alpha = -log["alpha"]
+    alpha[100:103] = np.nan
+    (found,) = judged(with_channels(log, alpha=alpha))
+    assert found.channels == ("alpha",)
+    assert "sign" in found.remedy
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("channel", ["a_z", "q", "theta"])
 def test_any_channel_with_the_wrong_sign_is_named(log: FlightLog, channel: str) -> None:

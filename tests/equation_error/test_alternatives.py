@@ -15,6 +15,8 @@ from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.flight_model.term_grammar import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 
+AT_CENTRE = {channel: np.zeros(3) for channel in ("alpha", "V", "a_x", "a_z")}
+
 LATE = 0.02
 """Time delay of the vane, s."""
 
@@ -31,7 +33,7 @@ def test_cached_replacements_do_not_depend_on_earlier_limits() -> None:
     selected = late_vane().selected
     (each,) = [each for each in selected.chosen if each.hypothesis.where == "alpha"]
     wide = [h for h in late_vane().hypotheses if is_instrument_error(h)]
-    narrow = [with_aircraft_limits(h, 1.5, 1.0) for h in wide]
+    narrow = [with_aircraft_limits(h, AT_CENTRE, 1.5, 1.0) for h in wide]
     fresh = SelectedStructure(selected.estimate, selected.chosen)
     replacements_of(selected, each, wide)
     again, first = replacements_of(selected, each, narrow), replacements_of(fresh, each, narrow)

@@ -21,6 +21,7 @@ from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.calibration import PITOT_TUBE, VANE, Calibration, posterior_size, uncertain_scales
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.equation_error_notes import note_on_calibration
 from aerosid.loop.settings import LoopSettings
@@ -102,6 +103,18 @@ def test_without_kinematics_the_prior_is_left_and_a_contradiction_is_believed() 
     assert_allclose(posterior_size(0.3, 1e6, VANE), prior, rtol=1e-6)
     assert posterior_size(0.1, 0.03, Calibration(0.02, 0.0, 0.1)) < 0.036
     assert posterior_size(0.1, 0.03, VANE) > 0.06
+
+
+def test_a_scale_factor_that_no_pitot_tube_has_is_no_evidence() -> None:
+    """An airspeed twelve per cent off, beyond a plausible error: the prior is left, not the belief in none."""
+    aircraft = aircraft_of(BODIES[0], 0.08, np.random.default_rng(SEEDS + 70))
+    wrong = Wrong(scale={"V": 1.12})
+    one, two = (flown(name, BODIES[0], SEEDS + 70 + n, air=0.0, wrong=wrong) for n, name in enumerate(("one", "two")))
+    errors = identified(aircraft, [one], [two])
+    unknown = SelectedStructure(errors.declared, ())
+    (airspeed,) = (s for s in uncertain_scales(unknown, errors.hypotheses, ()) if s.effect.where == "V")
+    (shown,) = airspeed.held
+    assert_allclose(abs(shown - 1.0), posterior_size(0.0, np.inf, PITOT_TUBE))
 
 
 def test_a_vane_whose_scale_was_identified_is_not_uncertain() -> None:

@@ -30,6 +30,8 @@ from benchmarks.plants import finely_lagged
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 SINGLE, GLIDER = BODIES[:2]
+AT_CENTRE = {channel: np.zeros(3) for channel in ("alpha", "a_z")}
+
 SEEDS = 5000
 """Of tests; published tables and trials begin elsewhere."""
 
@@ -178,9 +180,16 @@ def test_sensor_positions_lie_inside_the_aircraft() -> None:
     inside, vane = position_hypotheses(["a_z", "alpha"])[::-1]
     assert (inside.where, vane.where) == ("a_z", "alpha")
     for place, length, farthest in ((inside, 14.0, 7.0), (vane, 14.0, 9.1), (inside, None, 8.0), (vane, None, 10.4)):
-        (active,) = with_aircraft_limits(place, 2.0, length).effects
+        (active,) = with_aircraft_limits(place, AT_CENTRE, 2.0, length).effects
         assert active.effect.parameters[0].highest == pytest.approx(farthest)
         assert active.effect.parameters[0].lowest == pytest.approx(-farthest)
+
+
+def test_a_position_error_counts_from_the_declared_place() -> None:
+    """A vane declared 8 m ahead may be 1.1 m further ahead, and anywhere behind that the aircraft has."""
+    _, vane = position_hypotheses(["a_z", "alpha"])[::-1]
+    (active,) = with_aircraft_limits(vane, {"alpha": np.array([8.0, 0.0, 0.5])}, 2.0, 14.0).effects
+    assert (active.effect.parameters[0].lowest, active.effect.parameters[0].highest) == pytest.approx((-17.1, 1.1))
 
 
 @pytest.mark.slow

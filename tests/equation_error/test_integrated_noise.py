@@ -1,5 +1,7 @@
 """Random walk of an integrated path against its Monte Carlo."""
 
+from dataclasses import replace
+
 import lateral_flights as commuter
 import numpy as np
 import pytest
@@ -28,6 +30,19 @@ def test_modes_have_the_covariance_of_integrated_white_noise() -> None:
         parts = 2.0 * np.trapezoid(walks * np.cos(order * phase), time, axis=1) / np.ptp(time)
         # Four thousand trials determine a standard deviation to one part in ninety.
         assert np.max(np.abs(modes[:, order - 1])) == pytest.approx(float(np.std(parts)), rel=0.05)
+
+
+def test_the_noise_of_a_coarse_record_is_that_of_its_own_samples() -> None:
+    """Three interpolated samples in place of one have its noise, and not three independent ones."""
+    log = commuter.Lateral(seed=9402, duration=24.0).log()
+    every = max(1, round(0.12 / float(np.median(np.diff(log.time)))))
+    coarse = replace(log, time=log.time[::every], channels={n: v[::every] for n, v in log.channels.items()})
+    (recording,) = read_recordings([questioned(commuter.aircraft(commuter.SIDE), coarse)[1]], [], SETTINGS)
+    assert recording.refinement == 3
+    manoeuvre = recording.manoeuvre
+    whole = float(manoeuvre.noise[manoeuvre.axes.outputs.index("r")]) * np.sqrt(0.12 / np.ptp(recording.time)) * 2**0.5
+    modes = integral_modes(recording, recording.time, {"r": 1.0}, SETTINGS)
+    assert np.max(np.abs(modes[:, 0])) == pytest.approx(whole * np.ptp(recording.time) / np.pi)
 
 
 def test_modes_remove_no_more_than_their_prior_allows() -> None:

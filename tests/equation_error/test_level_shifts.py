@@ -4,14 +4,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from equations_decided import decided, declared
+from equations_decided import decided, declared, questioned
 from problems import with_channels
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
-from aerosid.equation_error.selection.level_shifts import level_shifts, shift_columns, shifts_of
+from aerosid.equation_error.selection.candidates import with_hypothesis
+from aerosid.equation_error.selection.level_shifts import (
+    as_hypotheses,
+    level_shifts,
+    shift_columns,
+    shifts_of,
+    shifts_of_further,
+)
 from aerosid.equation_error.selection.penalties import SelectionCriterion
+from aerosid.equation_error.selection.starting_values import step_change_hypotheses
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
@@ -47,6 +55,28 @@ def test_a_level_shift_of_a_validation_flight_is_found_there_only() -> None:
     alone = estimate(base.problem, found.point)
     assert shifts_of(alone) == ()
     np.testing.assert_allclose(alone.solution.values, base.solution.values, rtol=1e-6, atol=1e-9)
+
+
+def test_each_shift_is_charged_as_when_it_entered_and_a_short_flight_has_none() -> None:
+    aircraft = aircraft_of(SINGLE, 0.08, np.random.default_rng(5310))
+    one, two = (flown(name, SINGLE, 5310 + n, air=0.3, seconds=24.0) for n, name in enumerate(("one", "two")))
+    steps = STEP * np.searchsorted([5.0, MOMENT, 17.0], two.time, side="right")
+    base = declared(aircraft, [one], [with_channels(two, a_x=two["a_x"] + steps)])
+    found = estimate(
+        RegressionProblem(base.problem.recordings, COEFFICIENT, base.problem.settings, all_fitted=True), base.point
+    )
+    criterion = SelectionCriterion({("step_change", "C_X", ""): 1.0}, 1000, 0.01)
+    charged = []
+    for _ in range(3):
+        hypotheses = step_change_hypotheses(found.problem, found, ("C_X",), "two")
+        hypothesis = next(h for h in hypotheses if (h.kind, h.where) == ("step_change", "C_X"))
+        charged.append(criterion.penalty(hypothesis))
+        found = estimate(found.problem, with_hypothesis(found.point, hypothesis), steps=0)
+    assert len(set(charged)) == 3  # one after the other on the same flight costs more
+    assert [criterion.penalty(each) for each in as_hypotheses(found)] == pytest.approx(charged)
+
+    _, short = questioned(aircraft, two.between(0.0, 0.7))
+    assert shifts_of_further(found, [short], ("C_X",), criterion) == {}
 
 
 @pytest.mark.slow

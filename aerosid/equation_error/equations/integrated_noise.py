@@ -43,7 +43,7 @@ def integral_modes(
         Factor of each sensor's signal in the integrand.
     """
     cosines, integrals, length = random_walk_modes(time, settings)
-    density = recording.interval * sum((gain * _noise(recording, name)) ** 2 for name, gain in gains.items())
+    density = recording.own_interval * sum((gain * _noise(recording, name)) ** 2 for name, gain in gains.items())
     return np.asarray(cosines * (np.sqrt(2.0 * density / length) * integrals))
 
 

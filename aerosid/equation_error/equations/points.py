@@ -142,11 +142,12 @@ class Equations:
         all_fitted: bool = False,
     ) -> None:
         self._recordings, self._settings = recordings, settings
-        self._instruments = instrumental_variables(recordings, settings)
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
-        self._excluded = [inconsistent_heading(recording, settings) for recording in recordings]
+        # Of kinematic equations alone.
+        self._instruments = instrumental_variables(recordings, settings) if self._kinematic else ()
+        self._excluded = [inconsistent_heading(each, settings) for each in recordings if self._kinematic]
         self._path_modes: dict[tuple[int, str], Array | None] = {}
         self._sideslip_modes: dict[int, Array] = {}
         self._motions: list[dict[_Sensors, Motion]] = [{} for _ in recordings]

@@ -56,8 +56,8 @@ class Recording:
         Quantisation step of each channel, SI; 0 where none is found.
     band : Band
         That of all records compared together.
-    refined : bool
-        Whether samples were interpolated between its own, its inputs by splines.
+    refinement : int
+        Samples in place of each of its own: beyond one they are interpolated, its inputs by splines.
     linear_inputs : bool
         Whether its inputs are linear between samples, as in a simulation, instead of smooth, as behind a recorder's
         filter.
@@ -69,7 +69,7 @@ class Recording:
     channels: Mapping[str, Array]
     resolution: Mapping[str, float]
     band: Band
-    refined: bool = False
+    refinement: int = 1
     linear_inputs: bool = False
 
     @cached_property
@@ -158,6 +158,11 @@ class Recording:
         return known[name] if name in known else np.zeros(self.time.size)
 
     @property
+    def own_interval(self) -> float:
+        """Interval of its own samples, s: that over which their noise is white."""
+        return self.interval * self.refinement
+
+    @property
     def name(self) -> str:
         """The log's name."""
         return self.manoeuvre.name
@@ -238,7 +243,7 @@ def _refined(recording: Recording, end: float, coarsest: float) -> Recording:
         # The rounding error of a sample affects all interpolated neighbours.
         resolution={name: step * np.sqrt(factor) for name, step in recording.resolution.items()},
         band=band_up_to(end, interval),
-        refined=True,
+        refinement=factor,
     )
 
 

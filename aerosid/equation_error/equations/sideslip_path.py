@@ -23,6 +23,7 @@ from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.running_integral import running_integral
 from aerosid.equation_error.equations.sensors import position
 from aerosid.flight_model.constants import GRAVITY
+from aerosid.signals.autoregression import variance_of_mean
 
 Array = NDArray[np.float64]
 
@@ -105,11 +106,8 @@ def mean_gust_correction(left: Array, bend: Array, wind: Array) -> Array:
         Difference of the sideslip vane from its path, m/s.
     """
     left, bend = detrended(left), detrended(bend)
-    wind = wind - wind.mean()
-    autocorrelation = float(np.clip(wind[1:] @ wind[:-1] / max(float(wind @ wind), 1e-300), 0.0, 0.999))
-    mean = float(np.var(wind)) * (1.0 + autocorrelation) / (1.0 - autocorrelation) / wind.size
     noise = float(np.var(left))
-    return np.asarray(float(left @ bend) / (float(bend @ bend) + noise / max(mean, 1e-300)) * bend)
+    return np.asarray(float(left @ bend) / (float(bend @ bend) + noise / max(variance_of_mean(wind), 1e-300)) * bend)
 
 
 def beta_at_centre(

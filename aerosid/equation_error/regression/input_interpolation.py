@@ -24,11 +24,11 @@ def likelier_input_interpolation(found: Estimate) -> Estimate:
         Of the coefficient equations.
     """
     problem = found.problem
-    if all(recording.refined for recording in problem.recordings):
+    if all(recording.refinement > 1 for recording in problem.recordings):
         return found
     return likeliest_estimate(found, [replace(problem, recordings=_other(problem.recordings))])
 
 
 def _other(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """The records with the other interpolation; those refined by splines remain smooth."""
-    return tuple(r if r.refined else replace(r, linear_inputs=not r.linear_inputs) for r in recordings)
+    return tuple(r if r.refinement > 1 else replace(r, linear_inputs=not r.linear_inputs) for r in recordings)

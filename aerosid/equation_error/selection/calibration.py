@@ -106,8 +106,8 @@ def _at_posterior_size(identified: SelectedStructure, hypothesis: Hypothesis) ->
     assert active is not None
     null = active.effect.parameters[0].null
     usual = CALIBRATIONS[hypothesis.where]
-    shown = value - null if abs(value - null) <= usual.plausible else 0.0
-    size = posterior_size(shown, error, usual)
+    is_evidence = abs(value - null) <= usual.plausible
+    size = posterior_size(value - null, error if is_evidence else math.inf, usual)
     return frozen(replace(active, values=(null + (size if value >= null else -size), *active.values[1:])))
 
 

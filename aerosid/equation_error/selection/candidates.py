@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -86,19 +86,34 @@ def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float) -> Hypothes
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 
 
-def with_aircraft_limits(hypothesis: Hypothesis, mean_chord: float, length: float | None) -> Hypothesis:
-    """The hypothesis of a sensor position limited to the aircraft's size, m; any other unchanged."""
-    if not hypothesis.effects or not isinstance(hypothesis.effects[0].effect, PositionEffect):
+def with_aircraft_limits(
+    hypothesis: Hypothesis, declared: Mapping[str, Array], mean_chord: float, length: float | None
+) -> Hypothesis:
+    """The hypothesis of a sensor position limited to the aircraft's size; any other unchanged.
+
+    Parameters
+    ----------
+    declared : mapping of str to ndarray, shape (3,)
+        Declared position of each sensor from the centre of gravity, m, from which its error counts.
+    mean_chord, length : float
+        Of the aircraft, m, as of `farthest_place`.
+    """
+    effect = hypothesis.effects[0].effect if hypothesis.effects else None
+    if not isinstance(effect, PositionEffect):
         return hypothesis
-    (active,) = hypothesis.effects
     limit = farthest_place(hypothesis.where, mean_chord, length)
-    parameters = tuple(_within(parameter, limit) for parameter in active.effect.parameters)
-    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
+    places = [float(declared[hypothesis.where]["xyz".index(axis)]) for axis in effect.axes]
+    parameters = tuple(
+        _within(parameter, limit, place) for parameter, place in zip(effect.parameters, places, strict=True)
+    )
+    (active,) = hypothesis.effects
+    return replace(hypothesis, effects=(replace(active, effect=replace(effect, parameters=parameters)),))
 
 
-def _within(parameter: EffectParameter, limit: float) -> EffectParameter:
-    """The parameter with a limit about its null value."""
-    lowest, highest = parameter.null - limit, parameter.null + limit
+def _within(parameter: EffectParameter, limit: float, declared: float = 0.0) -> EffectParameter:
+    """The parameter with a limit of its `declared` place and it together; the null value is always within."""
+    lowest = parameter.null + min(-limit - declared, 0.0)
+    highest = parameter.null + max(limit - declared, 0.0)
     trials = tuple(trial for trial in parameter.trials if lowest <= trial <= highest)
     return replace(parameter, lowest=lowest, highest=highest, trials=trials or (parameter.null,))
 

@@ -17,7 +17,7 @@ from aerosid.equation_error.selection.cross_validation import (
     fits_of,
 )
 from aerosid.equation_error.selection.level_shifts import (
-    as_hypothesis,
+    as_hypotheses,
     level_shifts,
     shifts_of,
     with_shifts,
@@ -185,7 +185,7 @@ class CoefficientSearch:
 
     def penalised_likelihood(self, selected: SelectedStructure) -> float:
         """Ln L less the penalties of all effects, including those of level shifts of validation records."""
-        shifts = sum(self.criterion.penalty(as_hypothesis(active)) for active in shifts_of(selected.estimate))
+        shifts = sum(self.criterion.penalty(shift) for shift in as_hypotheses(selected.estimate))
         return penalised_likelihood(selected, self.criterion) - shifts
 
 

@@ -22,6 +22,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.instrumental_variables import TRENDS, responses_to_controls, trends_in_band
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.related_problems import fitted_alone
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -144,8 +145,7 @@ def dependence_on_records(
     for recording in problem.recordings:
         if not recording.fitted:
             point = completed.point.with_effects((*acting, *level_shifts.get(recording.name, ())))
-            alone = replace(problem, recordings=(recording,), all_fitted=True)
-            rows.extend(control_dependence(estimate(alone, point)))
+            rows.extend(control_dependence(estimate(fitted_alone(problem, recording), point)))
     return tuple(rows)
 
 

@@ -17,6 +17,7 @@ from aerosid.effects.sensor_position import farthest_place
 from aerosid.equation_error.equations.channels import HEIGHT, KINEMATIC, VANE_OF
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import has_inertial_path, read_recordings
+from aerosid.equation_error.equations.sensors import position
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import (
     Estimate,
@@ -49,6 +50,7 @@ from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import LONGITUDINAL
+from aerosid.signals.autoregression import variance_of_mean
 
 Array = NDArray[np.float64]
 
@@ -108,8 +110,8 @@ class InstrumentErrors:
         """Those of each channel and record.
 
         White noise has the same power at each frequency, so that a band of n of N samples has the square root of n/N of
-        its standard deviation. A height integrated from air data, for lack of accelerometers, is left out: it contains
-        the integral of their noise.
+        its standard deviation; N counts the record's own samples. A height integrated from air data, for lack of
+        accelerometers, is left out: it contains the integral of their noise.
         """
         found = self.selected.estimate
         ratios = []
@@ -118,7 +120,7 @@ class InstrumentErrors:
                 continue
             recording, residual = found.problem.recordings[index], found.solution.residuals[found.design.rows(s)]
             noise = float(recording.manoeuvre.noise[recording.manoeuvre.row(channel)])
-            in_band = noise * float(np.sqrt(residual.size / recording.time.size))
+            in_band = noise * float(np.sqrt(residual.size * recording.refinement / recording.time.size))
             ratios.append(float(np.std(residual)) / max(in_band, 1e-300))
         return ratios
 
@@ -138,18 +140,13 @@ def exceeds_mean_gust(found: Estimate, hypothesis: Hypothesis) -> bool:
     vanes = set(VANE_OF.values())
     if hypothesis.kind != "sensor_bias" or hypothesis.where not in vanes:
         return True
-    standard_deviation = 0.0
-    for s, (_, channel) in enumerate(found.design.segments):
-        if channel == hypothesis.where:
-            residual = found.solution.residuals[found.design.rows(s)]
-            residual = residual - residual.mean()
-            memory = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
-            inflated = (1.0 + memory) / max(1.0 - memory, 1e-6)
-            standard_deviation = max(
-                standard_deviation, float(np.std(residual)) * np.sqrt(min(inflated / residual.size, 1.0))
-            )
+    of_means = [
+        variance_of_mean(found.solution.residuals[found.design.rows(s)])
+        for s, (_, channel) in enumerate(found.design.segments)
+        if channel == hypothesis.where
+    ]
     (value, *_) = found.point.effects[-1].values
-    return abs(value) > found.problem.settings.deviations * standard_deviation
+    return abs(value) > found.problem.settings.deviations * float(np.sqrt(max(of_means, default=0.0)))
 
 
 def identify_instrument_errors(
@@ -208,7 +205,8 @@ def identify_instrument_errors(
         # Steps before the first of them would be repeated identically.
         (*_, initial) = error_free, *itertools.takewhile(functools.partial(_has_none, names), path)
     # Alternatives are limited to the aircraft's size from the start; a search may pass beyond it.
-    testable = tuple(with_aircraft_limits(h, model.constants.mean_chord, length) for h in testable)
+    declared = {name: each.position(name) for each in recordings for name in each.channels}
+    testable = tuple(with_aircraft_limits(h, declared, model.constants.mean_chord, length) for h in testable)
     return InstrumentErrors(start, testable, error_free.estimate, found, criterion)
 
 
@@ -280,11 +278,20 @@ def _off_aircraft(found: SelectedStructure, length: float | None) -> list[Hypoth
 
 
 def _is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: float | None) -> bool:
-    """Whether a selected sensor position is further from the centre of gravity than the aircraft extends."""
+    """Whether a selected sensor position is further from the centre of gravity than the aircraft extends.
+
+    A position declared out there may be corrected, inwards.
+    """
     names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
-    chord = found.estimate.point.model.constants.mean_chord
-    positions = [active for active in found.estimate.point.effects if active.name in names]
-    return any(float(np.hypot.reduce(at.values)) > farthest_place(at.effect.where, chord, length) for at in positions)
+    effects, chord = found.estimate.point.effects, found.estimate.point.model.constants.mean_chord
+    for channel in {active.effect.where for active in effects if active.name in names}:
+        farthest = farthest_place(channel, chord, length)
+        for recording in found.estimate.problem.recordings:
+            if channel in recording.channels:
+                declared = float(np.linalg.norm(recording.position(channel)))
+                if float(np.linalg.norm(position(recording, effects, channel))) > max(farthest, declared):
+                    return True
+    return False
 
 
 def _any_error(_chosen: Hypothesis, _other: Hypothesis) -> bool:

@@ -39,17 +39,21 @@ from aerosid.flight_model.axes import LONGITUDINAL, Axes
 SIDE_FORCE = "C_Y"
 """The coefficient affected by the position of its accelerometer and of the sideslip vane."""
 
+PROMISING = 0.5
+"""Numerical: fraction of the required gain in ln L that a candidate must have to first order to be fitted."""
+
 
 def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothesis]) -> dict[Name, KinematicEvidence]:
     """Kinematic estimates of instrument errors in addition to the identified ones, by distinct name."""
     base, support = identified.estimate, identified.estimate.problem.settings.support
+    gain_required = 0.5 * support**2
     axes = base.point.model.axes
     eligible = non_redundant([h for h in sensors if _is_eligible(h, axes)], identified.chosen)
     candidates = effect_candidates(base.problem, base, eligible)
     best: dict[Name, int] = {}
     gains = score_candidates(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= 0.5 * support or affects_all_coefficients(candidates[n].hypothesis):
+        if gains[n] >= PROMISING * gain_required or affects_all_coefficients(candidates[n].hypothesis):
             best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> KinematicEvidence | None:
@@ -62,7 +66,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         # Time delays are positive; a position error may lie along any axis, and its gain is that of all axes.
         distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
-        is_significant = (is_significant and gain > support) or affects_all_coefficients(hypothesis)
+        is_significant = (is_significant and gain > gain_required) or affects_all_coefficients(hypothesis)
         if not (is_significant and within_limits(found, hypothesis)):
             return None
         # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
@@ -70,7 +74,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
 
     fits = mapped(fitted, list(best.values()))
     evidence = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
-    return _fewest_axes(evidence, support) | _unobserved_positions(identified, eligible)
+    return _fewest_axes(evidence, gain_required) | _unobserved_positions(identified, eligible)
 
 
 def _unobserved_positions(
@@ -102,11 +106,11 @@ def _is_eligible(hypothesis: Hypothesis, axes: Axes) -> bool:
     return axes == LONGITUDINAL or hypothesis.kind in DELAY_KINDS or aside
 
 
-def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], support: float) -> dict[Name, KinematicEvidence]:
-    """Of each sensor the position error along the fewest axes that is supported within a difference in ln L."""
+def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], margin: float) -> dict[Name, KinematicEvidence]:
+    """Of each sensor the position error along the fewest axes that is supported within a `margin` in ln L."""
     retained: dict[Name, KinematicEvidence] = {}
     for name, row in sorted(evidence.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
-        if all(k[:3] != name[:3] or row.gain > other.gain + support for k, other in retained.items()):
+        if all(k[:3] != name[:3] or row.gain > other.gain + margin for k, other in retained.items()):
             retained[name] = row
     return retained
 

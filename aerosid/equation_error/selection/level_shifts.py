@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.step_input import is_step_change
+from aerosid.effects.step_input import instant_of, is_step_change, rise_of
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, estimate
@@ -50,12 +50,17 @@ def shifts_of_further(
 ) -> dict[str, tuple[ActiveEffect, ...]]:
     """The level shifts of flights that took no part in the selection, by name; none where a structure has no step.
 
-    Only where they are matters: the values of the structure are not changed by those flights.
+    Only where they are matters: the values of the structure are not changed by those flights. A flight that is too
+    short for the equations has none.
     """
     if not further or not any(is_step_change(active) for active in found.point.effects):
         return {}
     problem = found.problem
-    own = read_recordings((), further, problem.settings)
+    own = tuple(
+        recording
+        for recording in read_recordings((), further, problem.settings)
+        if recording.time_in_band.size >= problem.settings.fewest
+    )
     fitted = tuple(recording for recording in problem.recordings if recording.fitted)
     whole = replace(problem, recordings=(*fitted, *own), all_fitted=True)
     shifted = level_shifts(estimate(whole, found.point), coefficients, criterion, problem.settings.most)
@@ -75,9 +80,18 @@ def without_shifts(found: Estimate) -> Point:
     return replace(found.point, effects=effects)
 
 
-def as_hypothesis(shift: ActiveEffect) -> Hypothesis:
-    """A step change as a hypothesis."""
-    return Hypothesis(shift.effect.kind, shift.effect.where, effects=(shift,))
+def as_hypotheses(found: Estimate) -> list[Hypothesis]:
+    """The level shifts of a structure as the hypotheses that entered, each after those of its record before it."""
+    hypotheses: list[Hypothesis] = []
+    intervals = {recording.name: recording.interval for recording in found.problem.recordings}
+    shifts = shifts_of(found)
+    for n, shift in enumerate(shifts):
+        repetition = sum((each.name, each.log) == (shift.name, shift.log) for each in shifts[:n])
+        slow = rise_of(shift) > intervals[shift.log]
+        time = instant_of(shift) if slow else None
+        where = shift.effect.kind, shift.effect.where
+        hypotheses.append(Hypothesis(*where, effects=(shift,), time=time, repetition=repetition))
+    return hypotheses
 
 
 def level_shifts(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from aerosid.equation_error.equations.gust_response import derivative_by_flow_angle
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.signals.autoregression import correlation_time, independent_squares
 
 Array = NDArray[np.float64]
 
@@ -105,12 +106,10 @@ def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> T
         segment = kinematic.design.segments.index((n, sensors.vane))
         gusts = kinematic.solution.residuals[kinematic.design.rows(segment)]
         speed = float(np.mean(recording.as_measured("V")))
-        autocorrelation = float(gusts[1:] @ gusts[:-1]) / max(float(gusts @ gusts), 1e-300)
         step = recording.interval * recording.band.step
-        memory = -step / float(np.log(np.clip(autocorrelation, 1e-3, 0.999)))
         winds.append(gusts * speed)
-        memories.append(memory * speed)
-        independent += gusts.size * step / max(2.0 * memory, step)
+        memories.append(correlation_time(gusts, step) * speed)
+        independent += independent_squares(gusts, step)
     sigma = float(np.std(np.concatenate(winds)) * np.sqrt(min(response, 1.0)))
     error_of_sigma = sigma / float(np.sqrt(2.0 * max(independent, 2.0)))
     return Turbulence(sensors.kind, sigma, error_of_sigma, float(np.median(memories)), response, error)
