@@ -85,18 +85,6 @@ def test_the_noise_ratio_of_white_noise_is_one_at_any_sampling_rate(
     assert 0.85 < ratio_of(logs, load_aircraft(tmp_path / "aircraft.toml")) < 1.5
 
 
-def test_interpolated_samples_do_not_count_as_measured_ones(tmp_path: Path) -> None:
-    """At 6 Hz four samples stand in place of each: the ratio was 3.0 in white noise, where the equations decide."""
-    written(tmp_path, "none", [77, 0], 0)
-    logs = [read_log(tmp_path / f"{role}.csv") for role in ("identification", "validation")]
-    coarse = [
-        replace(log, time=log.time[::4], channels={name: v[::4] for name, v in log.channels.items()}) for log in logs
-    ]
-    found = identified(load_aircraft(tmp_path / "aircraft.toml"), coarse[:1], coarse[1:])
-    assert all(recording.refinement == 4 for recording in found.selected.estimate.problem.recordings)
-    assert 0.85 < found.noise_ratio < 1.8
-
-
 def test_gusts_below_vane_noise_are_detected_in_the_band() -> None:
     """At 50 Hz the noise of a sample hides them; the band of the motion has a sixth of its power."""
     body = BODIES[4]
