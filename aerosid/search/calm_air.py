@@ -129,14 +129,14 @@ def _with_record_constants(
     start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
 ) -> Refinement:
     """Start of an estimate: measured values held, the constants of each record but the first free."""
-    by_name = [
+    constants = [
         ActiveEffect(record_constant(coefficient), (0.0,), manoeuvre.name)
         for manoeuvre in manoeuvres[1:]
         for coefficient, term in start.model.entries
         if term == CONSTANT
     ]
     acting = [frozen(active) if active in measured else active for active in effects]
-    return replace(start, model=with_columns_of(start.model, by_name), effects=(*acting, *by_name))
+    return replace(start, model=with_columns_of(start.model, constants), effects=(*acting, *constants))
 
 
 def _transferable_fit(extended: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[TransferredFit, Deviations]:

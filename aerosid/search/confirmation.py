@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from aerosid.effects.step_input import is_step_change
+from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import deviations
 from aerosid.estimation.fit_settings import RefinementSettings
@@ -26,9 +27,6 @@ from aerosid.search.suggested_terms import SuggestedTerm, reason
 
 VALIDATION_ESTIMATE = RefinementSettings(steps=30, step_tolerance=0.03, cost_tolerance=0.5, disturbances=False)
 """Start of the fit with unmodelled forces: a tenth of a standard deviation is accurate enough."""
-
-BODY_AXES = {"C_L": "C_Z", "C_D": "C_X"}
-"""The measured body-axis coefficient nearest to each wind-axis coefficient."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,7 @@ def _explains_validation_coefficient(
 ) -> bool:
     """Whether the value from the fitted flights explains more of the coefficient measured on the validation flights."""
     fuller = with_confirmed(search, completed, [each.entry])
-    coefficient = BODY_AXES.get(each.entry[0], each.entry[0])
+    coefficient = MAINLY.get(each.entry[0], each.entry[0])
     unexplained = []
     for manoeuvre in validation:
         pair = [(at.model, on_log(at, manoeuvre)) for at in (completed, fuller)]

@@ -42,14 +42,14 @@ def _causes(finding: Finding, aircraft: Aircraft, manoeuvres: Sequence[Manoeuvre
     if aircraft.span is None:
         return
     label = finding.kind, finding.where, finding.term
-    instant_of = aircraft.span * aircraft.wing_area * _mean(manoeuvres, _pressure)
+    moment_per_unit = aircraft.span * aircraft.wing_area * _mean(manoeuvres, _pressure)
     if label == ("step_change", "C_n", ""):
         thrust = _mean(manoeuvres, lambda flight: _column(flight, "thrust"))
         if thrust > 0.0:
-            yield _arm("thrust_asymmetry", "thrust", finding, instant_of / thrust)
+            yield _arm("thrust_asymmetry", "thrust", finding, moment_per_unit / thrust)
     elif label == ("step_change", "C_l", ""):
         weight = GRAVITY * _mean(manoeuvres, lambda flight: _column(flight, "mass"))
-        yield _arm("cg_shift", "y", finding, instant_of / weight)
+        yield _arm("cg_shift", "y", finding, moment_per_unit / weight)
     elif label == ("aero_term", "C_n", "C_T"):
         yield _arm("thrust_asymmetry", "thrust", finding, aircraft.span)
 

@@ -40,11 +40,11 @@ def regressed_without(found: Estimate, block: Block) -> np.ndarray:
             keep[start + block.first : min(start + block.stop + 4, design.rows(s).stop)] = False
     slopes = found.solution.slopes
     y = found.solution.whitened + slopes @ found.solution.values
-    prior, expected = design.precisions > 0.0, design.expected
+    prior, expected = design.inverse_deviations > 0.0, design.expected
     assert expected is not None
     own = np.zeros((expected.values.size, slopes.shape[1]))
     own[:, : expected.rows.shape[1]] = expected.rows
-    rows = np.vstack([slopes[keep], np.diag(design.precisions)[prior], own])
+    rows = np.vstack([slopes[keep], np.diag(design.inverse_deviations)[prior], own])
     return np.linalg.lstsq(rows, np.concatenate([y[keep], np.zeros(prior.sum()), expected.values]), rcond=None)[0]
 
 
@@ -133,8 +133,8 @@ def test_a_term_that_fits_its_own_coefficient_worse_is_known_by_all_records(
     before: dict[str, float], after: dict[str, float], *, lowered: bool
 ) -> None:
     def fits(values: dict[str, float]) -> list[CoefficientFit]:
-        other = CoefficientFit("one", True, "C_Z", 0.9, 0.1)
-        return [other, *(CoefficientFit(name, name != "unseen", "C_X", r2, 0.1) for name, r2 in values.items())]
+        other = CoefficientFit("one", True, "C_Z", 0.9)
+        return [other, *(CoefficientFit(name, name != "unseen", "C_X", r2) for name, r2 in values.items())]
 
     assert lowers_fit(fits(before), fits(after), "C_X", 0.002) is lowered
     assert not lowers_fit(fits(before), fits(after), "C_Z", 0.002)

@@ -100,8 +100,10 @@ def test_informed_estimates_are_those_of_rows_added_to_the_regression() -> None:
     informed = estimate(replace(plain, declared=known), point)
     solution, design = informed.solution, informed.design
     place = design.unknowns.index(("term", key))
-    rows = np.vstack([solution.slopes, np.diag(design.precisions), np.eye(len(design.unknowns))[[place]] / deviation])
-    target = np.concatenate([solution.whitened + solution.slopes @ solution.values, 0.0 * design.precisions])
+    rows = np.vstack(
+        [solution.slopes, np.diag(design.inverse_deviations), np.eye(len(design.unknowns))[[place]] / deviation]
+    )
+    target = np.concatenate([solution.whitened + solution.slopes @ solution.values, 0.0 * design.inverse_deviations])
     expected = np.linalg.lstsq(rows, np.append(target, value / deviation), rcond=None)[0]
     error = np.sqrt(np.diag(solution.covariance))
     assert_allclose((solution.values - expected) / error, 0.0, atol=1e-5)

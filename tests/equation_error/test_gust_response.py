@@ -58,7 +58,7 @@ def test_relations_between_unknowns_are_further_rows_of_least_squares() -> None:
         target=target,
         columns=columns[:, :3],
         unknowns=(("a",), ("b",), ("c",)),
-        precisions=np.array([0.0, 0.7, 0.0]),
+        inverse_deviations=np.array([0.0, 0.7, 0.0]),
         floors=np.zeros(1),
         instruments=(None,),
         expected=expected,

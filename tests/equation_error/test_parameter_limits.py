@@ -29,7 +29,7 @@ def design_with(parameters: int, seed: int) -> Design:
         target=columns @ rng.standard_normal(TERMS + parameters) + rng.standard_normal(ROWS),
         columns=columns,
         unknowns=(*(("term", n) for n in range(TERMS)), *(("effect", n, 0) for n in range(parameters))),
-        precisions=np.zeros(TERMS + parameters),
+        inverse_deviations=np.zeros(TERMS + parameters),
         floors=np.zeros(1),
         instruments=(None,),
     )

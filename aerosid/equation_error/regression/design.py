@@ -42,7 +42,7 @@ class Design:
     target : ndarray, shape (R,)
     columns : ndarray, shape (R, P)
     unknowns : tuple, length P
-    precisions : ndarray, shape (P,)
+    inverse_deviations : ndarray, shape (P,)
         Inverse prior standard deviation of each unknown, 0 without a prior.
     floors : ndarray, shape (S,)
         Least size of each segment's residual.
@@ -60,7 +60,7 @@ class Design:
     target: Array
     columns: Array
     unknowns: tuple[Unknown, ...]
-    precisions: Array
+    inverse_deviations: Array
     floors: Array
     instruments: tuple[Array | None, ...]
     declared: DeclaredUnknowns | None = None
@@ -107,7 +107,7 @@ class Design:
             self.target,
             np.column_stack([self.columns, columns]),
             (*self.unknowns, *unknowns),
-            np.append(self.precisions, np.zeros(len(unknowns))),
+            np.append(self.inverse_deviations, np.zeros(len(unknowns))),
             self.floors,
             self.instruments,
             self.declared,
@@ -122,7 +122,7 @@ class Design:
             self,
             columns=np.ascontiguousarray(self.columns[:, kept]),
             unknowns=tuple(self.unknowns[p] for p in kept),
-            precisions=self.precisions[kept],
+            inverse_deviations=self.inverse_deviations[kept],
             declared=None,
             expected=None if self.expected is None else self.expected.without(removed),
         )
@@ -132,7 +132,7 @@ class Design:
 
         Declared values are not in it.
         """
-        information, vector = slopes.T @ slopes + np.diag(self.precisions**2), slopes.T @ target
+        information, vector = slopes.T @ slopes + np.diag(self.inverse_deviations**2), slopes.T @ target
         if self.expected is not None:
             self.expected.inform(information, vector)
         return information, vector
@@ -297,7 +297,7 @@ def solve(design: Design, weights: Weights) -> Solution:
     values = covariance @ information
     innovations = y - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
-    penalty = 0.5 * float(np.sum((design.precisions * values) ** 2))
+    penalty = 0.5 * float(np.sum((design.inverse_deviations * values) ** 2))
     if design.expected is not None:
         penalty += design.expected.disagreement(values)
     if design.declared is not None:

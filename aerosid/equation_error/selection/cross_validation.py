@@ -15,7 +15,6 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.signals.fit_statistics import theil
 
 Array = NDArray[np.float64]
 
@@ -27,14 +26,13 @@ LAGS = 10
 class CoefficientFit:
     """Fit of one coefficient of one record predicted from the measured motion, its constants fitted there.
 
-    `r2` in the band of the motion; `theil`: Theil's inequality coefficient.
+    `r2` in the band of the motion.
     """
 
     recording: str
     fitted: bool
     coefficient: str
     r2: float
-    theil: float
 
 
 @dataclass(frozen=True)
@@ -141,7 +139,7 @@ def without_random_walk(residual: Array, slopes: Array, modes: Array) -> tuple[A
 
 
 def fits_of(problem: RegressionProblem, found: Estimate) -> tuple[CoefficientFit, ...]:
-    """R^2 and Theil's coefficient of every coefficient and record."""
+    """R^2 of every coefficient and record."""
     return _fits_to(problem, prediction_residuals(problem, found))
 
 
@@ -150,16 +148,8 @@ def _fits_to(problem: RegressionProblem, residuals: PredictionResiduals) -> tupl
     for (index, equation), each in residuals.items():
         recording, measured, residual = problem.recordings[index], each.measured, each.residual
         total = max(float(measured @ measured), 1e-300)
-        inequality = theil(measured, measured - residual)
-        rows.append(
-            CoefficientFit(
-                recording.name,
-                recording.fitted,
-                equation,
-                1.0 - float(residual @ residual) / total,
-                inequality.coefficient if inequality else 0.0,
-            )
-        )
+        r2 = 1.0 - float(residual @ residual) / total
+        rows.append(CoefficientFit(recording.name, recording.fitted, equation, r2))
     return tuple(rows)
 
 

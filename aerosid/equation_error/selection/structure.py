@@ -48,8 +48,8 @@ class SelectedStructure:
 
     def labels_not_in(self, other: SelectedStructure) -> tuple[Label, ...]:
         """Labels of its effects that another structure lacks."""
-        cached = set(other.labels)
-        return tuple(label for label in self.labels if label not in cached)
+        others = set(other.labels)
+        return tuple(label for label in self.labels if label not in others)
 
 
 def penalised_likelihood(selected: SelectedStructure, criterion: SelectionCriterion) -> float:

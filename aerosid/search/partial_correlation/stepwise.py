@@ -201,8 +201,8 @@ class _Search:
                 return self.sweeps.estimate(trial.sweep.swept), []
             if self._p_value(trial.sweep, new) > self.settings.false_alarm or is_at_a_limit(new):
                 continue
-            of_controls = undisturbed_p_value(self.sweeps, trial.sweep, trial.hypothesis, self.tested)
-            if of_controls > self.settings.false_alarm:
+            p_value = undisturbed_p_value(self.sweeps, trial.sweep, trial.hypothesis, self.tested)
+            if p_value > self.settings.false_alarm:
                 continue
             others = [
                 self._alternative(current, other, trial)
