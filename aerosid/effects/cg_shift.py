@@ -20,7 +20,7 @@ from functools import partial
 
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect
-from aerosid.effects.step_input import offered_on_grid, step_input
+from aerosid.effects.step_input import offered_on_grid, rise_among, step_input
 
 SOURCE = "moments about another point, Etkin & Reid, Dynamics of Flight, section 2.3"
 
@@ -83,7 +83,9 @@ FAMILY = Family(
             "axis",
             "the centre of gravity is displaced along {where}",
             lambda where, numbers, interval: (
-                cg_shift_step(where, numbers["time"], interval) if "time" in numbers else cg_shift(where)
+                cg_shift_step(where, numbers["time"], rise_among(numbers, interval))
+                if "time" in numbers
+                else cg_shift(where)
             ),
             (Planted("x", {"shift": 0.06, "time": 4.0}),),
             optional=("time",),

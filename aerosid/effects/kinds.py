@@ -54,7 +54,8 @@ class InputEffect:
     is the same one at another time, s, in a record with that sampling interval, s. Where `driven_by` names another
     column, the transform takes that one's signal and its result is added. An effect acts on the result of those found
     before it, or, where it `comes_first`, on the recorded signal: in the presence of an actuator's rate limit a lag of
-    the command and one of the surface are not the same. Of several step changes in one place `ordinal` tells which.
+    the command and one of the surface are not the same. Of several step changes in one place `ordinal` tells which;
+    `rise` is the time that one takes, s.
     """
 
     kind: str
@@ -68,6 +69,7 @@ class InputEffect:
     at_time: Callable[[float, float], InputEffect] | None = None
     comes_first: bool = False
     ordinal: int = 1
+    rise: float = 0.0
 
     @property
     def where_acts(self) -> str:

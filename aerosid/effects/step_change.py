@@ -7,7 +7,7 @@ from functools import partial
 
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted
 from aerosid.effects.kinds import EffectParameter, InputEffect
-from aerosid.effects.step_input import offered_on_grid, step_input
+from aerosid.effects.step_input import offered_on_grid, rise_among, step_input
 from aerosid.flight_model.terms import Factor, Term
 
 
@@ -53,7 +53,7 @@ FAMILY = Family(
             "step_change",
             "coefficient",
             "{where} changes in a step",
-            lambda where, numbers, interval: step_change(where, numbers["time"], interval),
+            lambda where, numbers, interval: step_change(where, numbers["time"], rise_among(numbers, interval)),
             (Planted("C_m", {"jump": -0.015, "time": 6.0}),),
         ),
     ),

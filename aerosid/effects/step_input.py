@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -37,7 +37,13 @@ def step_input(
         source,
         column=column,
         at_time=lambda moved, sampling: step_input(kind, where, column, size, source, moved, sampling),
+        rise=interval,
     )
+
+
+def rise_among(numbers: Mapping[str, float], interval: float) -> float:
+    """The time that a declared step takes, s: its `rise`, or one sampling interval as by default."""
+    return max(numbers.get("rise", interval), interval)
 
 
 def with_fixed_instant(effect: InputEffect) -> InputEffect:
@@ -85,8 +91,9 @@ def instant_if_step(active: ActiveEffect | None) -> float | None:
 
 
 def rise_of(active: ActiveEffect) -> float:
-    """Time that a step change takes, s: twice the step of its instant. Of one that is held it is not known: 0."""
-    return 2.0 * active.effect.parameters[1].step if active.values else 0.0
+    """Time that a step change takes, s."""
+    assert isinstance(active.effect, InputEffect)
+    return active.effect.rise
 
 
 def at_instant(active: ActiveEffect, time: float, log: str, interval: float) -> ActiveEffect:

@@ -22,7 +22,7 @@ from aerosid.effects.control import THRUST_COLUMN, control_delay, control_lag
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect
 from aerosid.effects.limits import OFFERED
-from aerosid.effects.step_input import offered_on_grid, step_input
+from aerosid.effects.step_input import offered_on_grid, rise_among, step_input
 from aerosid.flight_model.axes import LATERAL
 from aerosid.flight_model.terms import Term, parse_term
 
@@ -108,7 +108,7 @@ FAMILY = Family(
             "thrust_change",
             "input",
             "thrust changes in a step",
-            lambda _where, numbers, interval: thrust_change(numbers["time"], interval),
+            lambda _where, numbers, interval: thrust_change(numbers["time"], rise_among(numbers, interval)),
             (Planted("thrust", {"change": -3000.0, "time": 6.0}),),
             rarity=6.0,
         ),
@@ -117,7 +117,9 @@ FAMILY = Family(
             "input",
             "thrust acts to the left of the centre of gravity",
             lambda _where, numbers, interval: (
-                thrust_asymmetry_step(numbers["time"], interval) if "time" in numbers else thrust_asymmetry()
+                thrust_asymmetry_step(numbers["time"], rise_among(numbers, interval))
+                if "time" in numbers
+                else thrust_asymmetry()
             ),
             (Planted("thrust", {"arm": 0.3, "time": 6.0}, axes=LATERAL),),
             optional=("time",),

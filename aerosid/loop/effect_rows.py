@@ -87,7 +87,9 @@ class Effect:
     def moment(self) -> str:
         """When a step change acts, and on which of several logs, as a sentence ends; empty of any other effect."""
         of_log = f" of {self.log}" if self.log else ""
-        return "" if self.time is None else f" at {self.time:.2f} s{of_log}"
+        rise = self.parameters.get("rise")
+        taking = f" over {rise.value:g} s" if rise is not None else ""
+        return "" if self.time is None else f" at {self.time:.2f} s{taking}{of_log}"
 
 
 def _estimated(error: float) -> float | None:

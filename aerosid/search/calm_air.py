@@ -187,6 +187,6 @@ def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> 
         value=part.value,
         std_error=part.std_error,
         time=part.time,
-        parameters=part.parameters,
+        parameters=part.parameters if row.time is None else row.parameters,
         p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * decision.hypothesis_count)),
     )

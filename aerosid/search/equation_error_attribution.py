@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.step_input import instant_if_step, is_step_change
+from aerosid.effects.step_input import instant_if_step, is_step_change, rise_of
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.colour_convergence import converged
@@ -71,7 +71,8 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         replace(found, seen_on_others=decision.level_shifts) for found in (declared, simulated.refinement)
     )
     findings = [_finding(row, decision, simulated) for row in decision.findings]
-    findings.extend(_gust(seen) for seen in decision.turbulence)
+    declared_air = {active.effect.kind for active in decision.completed.point.effects if not active.values}
+    findings.extend(_gust(seen) for seen in decision.turbulence if seen.kind not in declared_air)
     return Attribution(
         declared,
         completed,
@@ -228,7 +229,7 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
-        parameters=_parameters(active, errors),
+        parameters=_rise(row) if row.hypothesis.time is not None else _parameters(active, errors),
         unseen_better=row.improves_prediction,
     )
 
@@ -236,6 +237,12 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
 def _axes(active: ActiveEffect | None) -> str:
     """The body axes of a sensor position; empty for any other effect."""
     return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
+
+
+def _rise(row: EffectEstimate) -> tuple[tuple[str, float, float, str], ...]:
+    """The time that a slow step change takes, chosen among a few, as its further parameter."""
+    assert row.active is not None
+    return (("rise", rise_of(row.active), float("nan"), "s"),)
 
 
 def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
