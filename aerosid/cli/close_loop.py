@@ -48,10 +48,12 @@ def loop_settings(
     Raises
     ------
     UsageError
-        Where an option's text is not one of its choices, not a number, or not a range.
+        Where an option's text is not one of its choices, not a number, or not a range, or has no effect with another.
     """
     if prefilter not in _FILTERS:
         raise UsageError(f"--prefilter is {prefilter!r}; give one of {', '.join(_FILTERS)}.")
+    if limits and not next_flight:
+        raise UsageError("--limit limits the next flight, which --no-next-flight leaves out; leave out one of the two.")
     density = _density(error_density)
     from aerosid.loop.next_flight.flight_limits import read_limit
     from aerosid.loop.settings import LoopSettings

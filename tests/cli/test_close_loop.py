@@ -265,6 +265,7 @@ def test_a_broken_aircraft_leaves_nothing(
         (["{log}", "--aircraft", "no_such_aircraft"], 2, "no_such_aircraft"),
         (["{log}"], 2, "--aircraft"),
         (["{log}", "--aircraft", "light_transport", "--prefilter", "magic"], 2, "magic"),
+        (["{log}", "--aircraft", "light_transport", "--no-next-flight", "--limit", "V=90:110"], 2, "--limit limits"),
         (["{log}", "--aircraft", "light_transport", "--error-density", "1,2,3"], 2, "1,2,3"),
         (["{log}", "--aircraft", "light_transport", "--error-density", "1,1,-1,0"], 2, "-1"),
         (["{log}", "--aircraft", "light_transport", "--flight-phase", "D"], 2, "'D'"),

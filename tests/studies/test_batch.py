@@ -114,6 +114,13 @@ def test_a_dask_cluster_writes_the_same_bytes(tmp_path: Path) -> None:
         assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
 
 
+def test_two_logs_of_the_same_samples_are_refused(tmp_path: Path) -> None:
+    logs = find_logs(fill(tmp_path / "logs", {"a.csv": b"3", "b.csv": b"4", "copy.csv": b"3"}), None)
+    with pytest.raises(UsageError, match=r"copy\.csv holds the samples of .*a\.csv"):
+        run_batch(logs, LIGHT, tmp_path / "out", settings=QUICK)
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_list_names_logs_and_a_folder_holds_them(tmp_path: Path) -> None:
     folder = fill(tmp_path, {"x/a.csv": b"1", "x/a.mat": b"2", "x/notes.md": b"", "b.csv": b"3", "out/c.csv": b"4"})
     assert [log.name for log in find_logs(folder, None, but_in=folder / "out")] == ["b", "x/a.csv", "x/a.mat"]

@@ -296,6 +296,8 @@ def test_an_effect_that_is_no_term_is_flown_and_estimated() -> None:
         ({"measure": "V,alpha,q,psi"}, "psi"),
         ({"catalogue": "some"}, "--catalogue"),
         ({"aircraft": None}, "--aircraft"),
+        ({"base": Path("a.csv"), "input": "3211"}, "--input has no effect with --base a.csv"),
+        ({"base": Path("a.csv"), "noise_colour": "0.8"}, "--noise-colour has no effect"),
     ],
 )
 def test_wrong_words_are_refused_with_a_sentence(words: dict[str, object], message: str) -> None:

@@ -14,6 +14,9 @@ from aerosid.logs.formats.channel_map import find_channel_map
 from aerosid.logs.spans import Span, is_segment_file, parse_span, read_segment_file, read_span
 from aerosid.manoeuvres import find_manoeuvres, longitudinal_manoeuvres
 
+UNREADABLE = "unreadable"
+"""Format: in place of the hash of a log that cannot be read."""
+
 
 @dataclass(frozen=True)
 class LogFile:
@@ -83,6 +86,24 @@ def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -
         paths = [span.path for span in spans]
     names = _names(paths, root)
     return tuple(LogFile(str(path), name, _content(path, channels)) for path, name in zip(paths, names, strict=True))
+
+
+def require_separate_logs(logs: Sequence[LogFile]) -> None:
+    """Refuse two logs of the same bytes, channel map and span.
+
+    Raises
+    ------
+    UsageError
+        Where two are: a flight that is counted twice looks twice as certain.
+    """
+    known: dict[str, LogFile] = {}
+    for log in logs:
+        other = known.setdefault(log.content, log)
+        if other is not log and log.content != UNREADABLE:
+            raise UsageError(
+                f"{log.path} holds the samples of {other.path}, but each flight is to be counted once; delete one of "
+                "them, or leave it out of the list."
+            )
 
 
 def _suffixes() -> set[str]:
@@ -194,5 +215,5 @@ def _content(path: Path, channels: Path | None) -> str:
         if mapping is not None:
             content.update(b"map" + mapping.read_bytes())
     except (OSError, LogError):
-        content.update(b"unreadable")  # the run reports the reason, and repeats the log once it can be read
+        return UNREADABLE  # the run reports the reason, and repeats the log once it can be read
     return content.hexdigest()

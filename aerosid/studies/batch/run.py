@@ -13,7 +13,7 @@ from aerosid import __version__
 from aerosid.aircraft import Aircraft
 from aerosid.errors import LogError
 from aerosid.loop.settings import LoopSettings
-from aerosid.studies.batch.logs import LogFile
+from aerosid.studies.batch.logs import LogFile, require_separate_logs
 from aerosid.studies.batch.one_log import BatchTask, close_one
 from aerosid.studies.batch.table import (
     Measured,
@@ -115,10 +115,11 @@ def run_batch(
     Raises
     ------
     UsageError
-        Where the folder contains the results of another batch.
+        Where the folder contains the results of another batch, or two logs hold the same samples.
     LogError
         Where no log could be used.
     """
+    require_separate_logs(logs)
     paths = {log.key: (log.path, log.name) for log in logs}
     task = BatchTask(paths, aircraft, channels, directory / REPORTS if reports else None, settings)
     with Journal(directory / JOURNAL, _identity(aircraft, settings, reports)) as journal:

@@ -78,7 +78,7 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
     Raises
     ------
     UsageError
-        Where a text cannot be read.
+        Where a text cannot be read, or an option has no effect with another.
     """
     if preset is not None:
         if preset not in PRESETS:
@@ -87,6 +87,8 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
         words = replace(PRESETS[preset], **given)
     if words.aircraft is None:
         raise UsageError("--aircraft is missing; give an aircraft file, or the name of a bundled one.")
+    if words.base is not None:
+        _require_none_of_a_simulated_flight(words)
     base = None if words.base is None else read_log(words.base, words.channels)
     aircraft = load_aircraft(words.aircraft)
     flown = _flown(words)
@@ -107,6 +109,20 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
         "validation": _validation(words, plan.flown),
     }
     return replace(plan, **{name: value for name, value in changes.items() if value is not None})
+
+
+OF_A_SIMULATED_FLIGHT = ("input", "amplitude", "unit", "airspeed", "density", "interval", "samples", "noise_colour")
+"""Options that say how a flight is simulated; a base log has its own."""
+
+
+def _require_none_of_a_simulated_flight(words: StudyWords) -> None:
+    given = [name for name in OF_A_SIMULATED_FLIGHT if getattr(words, name) is not None]
+    if given:
+        option = f"--{given[0].replace('_', '-')}"
+        raise UsageError(
+            f"{option} has no effect with --base {words.base}: input, condition and noise are that log's; leave one "
+            "of the two out."
+        )
 
 
 def _flown(words: StudyWords) -> FlownInput:
