@@ -36,7 +36,7 @@ class Problem(enum.Enum):
     HELPFUL = "not recorded: close-loop works without it, but attributes effects less reliably"
     GAPS = "the recording has gaps: the simulation runs through them, but choose a span without where you can"
     UNEVEN = "the sampling is uneven: it is used as it is, nothing is resampled"
-    MISSING = "samples are missing: they are skipped"
+    MISSING = "samples are missing: simulations skip them, the equations bridge them by a line"
     FILLED = "samples are missing: the control is interpolated linearly between the others"
     SPIKES = "single samples differ strongly from both neighbours: leave these fields empty if they are not motion"
     STUCK = "the channel is constant while others move: check the sensor, or leave the channel out"
