@@ -96,6 +96,7 @@ def test_a_moment_step_is_sought_at_the_instant_of_the_force_steps(tmp_path: Pat
     assert not {kind for kind, _ in values} - {"step_change", "sensor_delay", "aero_term"}
 
 
+@pytest.mark.slow
 def test_a_thrust_step_and_a_step_of_the_axial_force_are_alternatives(tmp_path: Path) -> None:
     aircraft, logs = files(tmp_path, "a thrust step at constant airspeed")
     result = close_loop(logs[:1], aircraft, logs[1:])

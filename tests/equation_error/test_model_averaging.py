@@ -94,6 +94,7 @@ def test_alternatives_add_their_squared_difference_weighted_by_probability(
         )
 
 
+@pytest.mark.slow
 def test_the_bounds_contain_a_near_significant_effect(tmp_path: Path) -> None:
     """A vane that shows .904 of alpha: kinematics gain 11 in ln L of 12, and C_m_alpha was 52 standard errors off."""
     circumstances, _, _ = written(tmp_path, [FIRST, 151, 1], 1)

@@ -38,7 +38,7 @@ def solved(noise: Array) -> tuple[Design, Solution]:
         target=noise,
         columns=np.column_stack([np.ones(noise.size), shown]),
         unknowns=(("one", ("C_m", "1")), ("term", ("C_m", "shown"))),
-        precisions=np.zeros(2),
+        inverse_deviations=np.zeros(2),
         floors=np.zeros(1),
         instruments=(None,),
     )

@@ -23,6 +23,7 @@ def decided_of(folder: Path, seed: int, n: int) -> EquationErrorDecision:
     return decided(load_aircraft(folder / "aircraft.toml"), logs[:1], logs[1:])
 
 
+@pytest.mark.slow
 def test_the_order_of_a_lag_and_a_rate_limit_is_identified(tmp_path: Path) -> None:
     """A lag of .147 s before a limit of .0265 rad/s: in the other order ln L is 50 lower, and C_m 40 % off."""
     found = decided_of(tmp_path, 101, 23)

@@ -82,6 +82,7 @@ def test_noise_modes_of_a_path_do_not_depend_on_earlier_points() -> None:
         assert (one.random_walk is None and two.random_walk is None) or np.array_equal(one.random_walk, two.random_walk)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_an_estimate_does_not_depend_on_where_its_search_starts() -> None:
     """Errors of such a sideslip act by the estimated derivatives: 20 of 72 such flights ended up to 6 apart."""
     for seed in range(SEEDS + 50, SEEDS + 54):

@@ -54,7 +54,7 @@ def flown(generator: np.random.Generator) -> Design:
         target=np.concatenate([columns @ TRUE + noise[0], columns @ TRUE + noise[1]]),
         columns=whole,
         unknowns=unknowns,
-        precisions=np.zeros(len(unknowns)),
+        inverse_deviations=np.zeros(len(unknowns)),
         floors=np.zeros(2),
         instruments=(None, None),
     )
@@ -127,7 +127,7 @@ def one_event(generator: np.random.Generator) -> Design:
         target=columns @ np.array([0.02, 0.5]) + 0.1 * generator.standard_normal(SAMPLES),
         columns=columns,
         unknowns=(("one", "constant"), ("term", "event")),
-        precisions=np.zeros(2),
+        inverse_deviations=np.zeros(2),
         floors=np.zeros(1),
         instruments=(None,),
     )

@@ -272,6 +272,7 @@ def false_alarms(seeds: range) -> int:
     return alarms
 
 
+@pytest.mark.slow
 def test_flights_with_nothing_missing_alarm_no_more_often_than_designed() -> None:
     """One of forty may: two or more happen once in 1300 runs at the designed share, and in 92 % at a tenth."""
     most = int(binom.isf(1e-3, 40, DESIGNED))

@@ -41,7 +41,7 @@ def remarks(result: ClosedLoop) -> list[str]:
     return [note for note in result.notes if "other derivatives" in note]
 
 
-@pytest.mark.parametrize("air", [0.0, 0.6])
+@pytest.mark.parametrize("air", [pytest.param(0.0, marks=pytest.mark.slow), 0.6])
 def test_a_validation_flight_of_another_loading_is_told_with_its_derivatives(air: float) -> None:
     """A centre of gravity further ahead: half as much again of static stability."""
     result = closed(air, Wrong(terms={("C_m", "alpha"): -0.4}))

@@ -117,6 +117,7 @@ def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
     assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}
 
 
+@pytest.mark.slow
 def test_one_of_several_step_changes_is_retained_with_the_separation_that_explains_the_others(tmp_path: Path) -> None:
     assert set(names(loop(902, 2, tmp_path, "two"))) == {("cg_shift", "x"), ("flow_separation", "C_Z")}
 

@@ -83,6 +83,7 @@ def test_nothing_is_named_without_a_missing_effect(terms: Mapping[tuple[str, str
     assert names(found_in(Lateral(seed=4).log(), aircraft(terms, 1.1))) == set()
 
 
+@pytest.mark.slow
 def test_of_lateral_turbulence_only_its_size_is_named() -> None:
     body, generator = BODIES[0], np.random.default_rng(1)
     sigma = 0.02 * body.airspeed

@@ -260,6 +260,7 @@ def test_noise_that_is_not_possible_has_no_inverse() -> None:
         StationaryNoise(impossible, np.ones((1, 30), dtype=bool)).solve(np.ones((1, 30, 1)))
 
 
+@pytest.mark.slow
 def test_white_noise_is_least_squares_at_any_length() -> None:
     """1500 samples, 9000 numbers: more than the limit of a dense covariance."""
     model, manoeuvre, start = true_flight(1500, 0.02)
