@@ -94,7 +94,7 @@ def with_aircraft_limits(
     Parameters
     ----------
     declared : mapping of str to ndarray, shape (3,)
-        Declared position of each sensor from the centre of gravity, m, from which its error counts.
+        Declared position of each sensor from the centre of gravity, m, from which its error counts; zero by default.
     mean_chord, length : float
         Of the aircraft, m, as of `farthest_place`.
     """
@@ -102,9 +102,10 @@ def with_aircraft_limits(
     if not isinstance(effect, PositionEffect):
         return hypothesis
     limit = farthest_place(hypothesis.where, mean_chord, length)
-    places = [float(declared[hypothesis.where]["xyz".index(axis)]) for axis in effect.axes]
+    place = declared.get(hypothesis.where, np.zeros(3))
+    places = [float(place["xyz".index(axis)]) for axis in effect.axes]
     parameters = tuple(
-        _within(parameter, limit, place) for parameter, place in zip(effect.parameters, places, strict=True)
+        _within(parameter, limit, along) for parameter, along in zip(effect.parameters, places, strict=True)
     )
     (active,) = hypothesis.effects
     return replace(hypothesis, effects=(replace(active, effect=replace(effect, parameters=parameters)),))

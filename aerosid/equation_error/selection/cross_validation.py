@@ -58,7 +58,7 @@ class PredictionResidual:
 
         The squares differ by the product of the difference d of the predictions and the sum of the residuals. Noise e
         of the record, of covariance T, adds 4 d' T d / n^2 to the variance of its mean, and an error of the estimated
-        parameters, which shifts both residuals alike, S by S, 4 d' S C S' d / n^2.
+        parameters, of covariance C, which shifts both residuals alike by the slopes S, 4 d' S C S' d / n^2.
         """
         difference = before.residual - self.residual
         by_parameters = self.slopes.T @ difference
