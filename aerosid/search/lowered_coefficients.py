@@ -8,6 +8,8 @@ where it does not, the flights differ in the effect itself, as of a vane that wa
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -132,8 +134,13 @@ def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoeffi
         )
         for before, after in fallen
     ]
-    without = [(row, _fits_without(decision, row)) for row in decision.findings]
-    return tuple(_with_effect(row, decision, without) for row in lowered)
+    without = [_fits_without(decision, row) for row in decision.findings]
+
+    @functools.cache  # an error of a sensor lowers several coefficients of one flight
+    def alone(place: int, log: str) -> tuple[float, float]:
+        return _alone(decision, decision.findings[place], log)
+
+    return tuple(_with_effect(row, decision.findings, without, alone) for row in lowered)
 
 
 def _std_errors(decision: EquationErrorDecision) -> dict[tuple[str, str], float]:
@@ -160,19 +167,17 @@ def _fits_without(decision: EquationErrorDecision, row: EffectEstimate) -> dict[
 
 def _with_effect(
     row: LoweredCoefficient,
-    decision: EquationErrorDecision,
-    without: list[tuple[EffectEstimate, dict[tuple[str, str], float]]],
+    findings: Sequence[EffectEstimate],
+    without: Sequence[Mapping[tuple[str, str], float]],
+    alone: Callable[[int, str], tuple[float, float]],
 ) -> LoweredCoefficient:
     """The row with the effect without which its coefficient is predicted best, where that is most of the fall."""
-    effect, r2 = max(
-        ((effect, fits[row.log, row.coefficient]) for effect, fits in without),
-        key=lambda pair: pair[1],
-    )
+    r2, place = max(((fits[row.log, row.coefficient], n) for n, fits in enumerate(without)), key=lambda pair: pair[0])
     if r2 - row.after < LOWERED.share * (row.before - row.after):
         return row
-    alone, alone_std_error = _alone(decision, effect, row.log)
+    effect = findings[place]
     unit = effect.active.effect.parameters[0].unit if effect.active is not None else ""
-    values = effect.value, effect.std_error, alone, alone_std_error
+    values = effect.value, effect.std_error, *alone(place, row.log)
     return replace(row, effect=LoweringEffect(effect.hypothesis.label, r2, *values, unit))
 
 
