@@ -163,7 +163,9 @@ def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[
 def _of_span(span: Span, channels: Path | None) -> LogFile:
     stem = Path(span.path.name.removesuffix(".gz")).stem
     ends = "" if span.whole else f"_{span.start or 0.0:.6g}-{'end' if span.stop is None else f'{span.stop:.6g}'}"
-    content = hashlib.sha256(f"{_content(span.path, channels)}|{span.start}|{span.stop}".encode()).hexdigest()
+    content = _content(span.path, channels)
+    if content != UNREADABLE:
+        content = hashlib.sha256(f"{content}|{span.start}|{span.stop}".encode()).hexdigest()
     return LogFile(str(span), span.name or f"{stem}{ends}", content)
 
 

@@ -80,6 +80,8 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
     UsageError
         Where a text cannot be read, or an option has no effect with another.
     """
+    if words.base is not None:  # before the preset, which nobody typed
+        _require_none_of_a_simulated_flight(words)
     if preset is not None:
         if preset not in PRESETS:
             raise UsageError(f"--preset is {preset!r}; give one of {', '.join(PRESETS)}.")
@@ -87,8 +89,6 @@ def plan_of(words: StudyWords, preset: str | None = None) -> StudyPlan:
         words = replace(PRESETS[preset], **given)
     if words.aircraft is None:
         raise UsageError("--aircraft is missing; give an aircraft file, or the name of a bundled one.")
-    if words.base is not None:
-        _require_none_of_a_simulated_flight(words)
     base = None if words.base is None else read_log(words.base, words.channels)
     aircraft = load_aircraft(words.aircraft)
     flown = _flown(words)
