@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.effects import ActiveEffect
+from aerosid.equation_error.equations.bridged_holes import channel_holes, has_path
 from aerosid.equation_error.equations.channels import AIRSPEED
 from aerosid.equation_error.selection.control_dependence import DEPENDENCE, ControlDependence, dependent
 from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
@@ -17,7 +18,6 @@ from aerosid.equation_error.selection.regressor_errors import RegressorErrors
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.logs.stamps import holes
 from aerosid.notation import listed, number, si_unit, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import named
@@ -82,22 +82,23 @@ NOTED_SCALE = 0.005
 def notes_on_bridged_holes(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
     """One sentence for each hole of a measured channel that is longer than the equations' band resolves.
 
-    The equations need every sample of a record and bridge holes by a line: what the aircraft did meanwhile is lost, and
-    its motion before and after contradicts the line.
+    The equations need every sample of a record. Where kinematics do not predict the channel they bridge a hole by a
+    line: what the aircraft did meanwhile is lost, and its motion before and after contradicts the line.
     """
     found = []
     for manoeuvre in manoeuvres:
-        time = manoeuvre.flight.time
-        for name in manoeuvre.outputs:
-            missing = ~np.isfinite(manoeuvre.measured(name))
-            for begun, ended in holes(time[~missing]):
-                # A gap of the whole record is no hole of a channel.
-                if ended - begun > BRIDGED and missing[np.searchsorted(time, begun) + 1]:
-                    found.append(
-                        f"{manoeuvre.name}: {name} has a hole from {begun:.2f} to {ended:.2f} s, which the equations "
-                        "bridge by a line; what is found may be due to that. Choose a span without it, with --from and "
-                        "--to."
-                    )
+        for name, edges in channel_holes(manoeuvre).items():
+            how = (
+                "which the equations bridge by a line; what is found may be due to that. Choose a span without it, "
+                "with --from and --to."
+            )
+            if has_path(manoeuvre, name):
+                how = "which the equations bridge by the motion that gyros and accelerometers measured meanwhile."
+            found += [
+                f"{manoeuvre.name}: {name} has a hole from {begun:.2f} to {ended:.2f} s, {how}"
+                for begun, ended in edges
+                if ended - begun > BRIDGED
+            ]
     return tuple(found)
 
 

@@ -26,6 +26,13 @@ def test_a_hole_is_told_with_its_channel_and_instants() -> None:
     assert note.startswith("flight: q has a hole from 3.00 to 3.90 s")
 
 
+def test_a_hole_that_kinematics_bridge_is_told_without_a_warning() -> None:
+    time = PROBLEM.time
+    (note,) = notes_on_bridged_holes([lacking("alpha", (time > 3.0) & (time < 3.9))])
+    assert note.startswith("flight: alpha has a hole from 3.00 to 3.90 s")
+    assert note.endswith("by the motion that gyros and accelerometers measured meanwhile.")
+
+
 def test_single_missing_samples_and_channels_slower_than_the_log_are_no_holes() -> None:
     count = PROBLEM.time.size
     assert notes_on_bridged_holes([lacking("q", np.arange(count) % 50 == 7)]) == ()

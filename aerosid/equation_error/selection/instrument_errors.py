@@ -16,7 +16,8 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor_position import farthest_place
 from aerosid.equation_error.equations.channels import HEIGHT, KINEMATIC, VANE_OF
 from aerosid.equation_error.equations.points import Point, Unknown
-from aerosid.equation_error.equations.recording import has_inertial_path, read_recordings
+from aerosid.equation_error.equations.recording import has_inertial_path
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.equations.sensors import position
 from aerosid.equation_error.regression.design import whiten
 from aerosid.equation_error.regression.estimate import (

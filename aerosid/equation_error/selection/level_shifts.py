@@ -18,7 +18,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import instant_of, is_step_change, rise_of
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.penalties import SelectionCriterion
