@@ -29,13 +29,13 @@ from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows,
 from aerosid.loop.model_validation.leave_one_out import prediction_gains
 from aerosid.loop.model_validation.open_loop_errors import compare, notes_on_step_changes
 from aerosid.loop.model_validation.predictions import PredictionRow, prediction_rows
+from aerosid.loop.motion_sampling import notes_on_sampling
 from aerosid.loop.next_flight.plan import plan_next_flight
 from aerosid.loop.next_flight.planned_flight import NextFlight
 from aerosid.loop.provenance import NOBODY, Provenance, unusual_settings
 from aerosid.loop.report_date import today
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES, Role, named_apart, require_logs, require_separate
-from aerosid.loop.second_opinion import SecondOpinion
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_missing_chain
 from aerosid.loop.verdict import (
@@ -265,7 +265,7 @@ def _completed(
         screening=pictures.screening if pictures else (),
         model_error=pictures.histories if pictures else (),
         prefilter=prefilter_note(pictures, settings),
-        notes=_notes(known, pictures, further.unlinearised, rows, settings, result.second_opinion),
+        notes=_notes(known, pictures, further, rows, settings, result),
         linear=further.linear,
         next_flight=further.next_flight,
         regressors=pictures.regressors if pictures else (),
@@ -299,13 +299,13 @@ def _linear(
 def _notes(
     judged: _Judged,
     pictures: ModelErrorPictures | None,
-    unlinearised: Sequence[str],
+    further: _Consequences,
     rows: Sequence[DerivativeRow],
     settings: LoopSettings,
-    opinion: SecondOpinion | None,
+    result: ClosedLoop,
 ) -> tuple[str, ...]:
     """Notes of the report: assumptions made on reading the logs, then remarks of each stage."""
-    identified, found = judged.identified, judged.completion.found
+    identified, found, opinion = judged.identified, judged.completion.found, result.second_opinion
     others = identified.validation
     names = [manoeuvre.log.name for manoeuvre in others]
     return (
@@ -323,7 +323,8 @@ def _notes(
         *notes_on_coloured_noise(coloured_noise(found.completed, identified.manoeuvres)),
         *notes_on_step_changes(found, (*others, *identified.hold_out)),
         *note_on_failed_re_estimation(judged.completion),
-        *unlinearised,
+        *further.unlinearised,
+        *notes_on_sampling(further.linear, identified.manoeuvres, result.effects, leaves=judged.leaves_residual),
         *notes_on_insignificant_derivatives(rows),
     )
 

@@ -29,6 +29,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.physical_values import require_computable
 from aerosid.loop.identification_problem import IdentificationProblem, with_identified_instrument_errors
 from aerosid.loop.methods import MethodResult, run_method
+from aerosid.loop.motion_sampling import require_sampled_motion
 from aerosid.loop.second_opinion import SecondOpinion, second_opinion
 from aerosid.loop.settings import METHODS, USUAL, LoopSettings, Method, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_unmeasured_sideslip
@@ -139,6 +140,7 @@ def prepare_flights(
     require_computable(logs, unseen, aircraft.axes.required)
     plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
     manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
+    require_sampled_motion(plain, (*manoeuvres, *predicted))
     given = tuple(declared_effects(aircraft, controls_of(plain), manoeuvres))
     others, held_out = predicted[: len(validation)], predicted[len(validation) :]
     declared = with_columns_of(plain, given)

@@ -82,16 +82,19 @@ MOTION = ("alpha", "beta", "p", "q", "r")
 
 
 def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
-    """Whether the flights are excited and any derivative is significant.
+    """Whether the flights are excited and a derivative by a control is significant; without any, another one.
 
     By the standard error as published, no smaller than the Cramer-Rao bound. An estimate from noise alone may be far
-    from zero in its own standard errors, since the estimator is not linear: so the motion is tested as well.
+    from zero in its own standard errors, since the estimator is not linear: so the motion is tested as well. A flight
+    that does not show what its controls do, such as the third of a second after a step, shows nothing that is missing.
     """
     completed, uncertainty = found.completed, found.completed_deviations
     # Constants are known from any level flight; what depends on the motion needs one.
     moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
     if not moving:
         return True
+    controlled = [n for n in moving if any(name.startswith("delta_") for name in completed.free[n][1].variables)]
+    moving = controlled or moving
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
     known = np.any(np.maximum(uncertainty.published, uncertainty.white)[moving] < JUDGEMENT.shown * values)
     return bool(known) and any(_moves(manoeuvre) for manoeuvre in manoeuvres)

@@ -20,7 +20,8 @@ from aerosid.effects.sensor_position import sensor_place
 from aerosid.effects.step_change import step_change
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
 from aerosid.equation_error.equations.kinematic import reconstruct
-from aerosid.equation_error.equations.recording import Recording, read_recordings
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel

@@ -16,7 +16,8 @@ from aerosid.equation_error.equations.derived_forces import is_derived, low_pass
 from aerosid.equation_error.equations.height_random_walk import height_random_walk
 from aerosid.equation_error.equations.kinematic import reconstruct
 from aerosid.equation_error.equations.points import Equations, Point, Segment
-from aerosid.equation_error.equations.recording import has_inertial_path, read_recordings
+from aerosid.equation_error.equations.recording import has_inertial_path
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.axes import LATERAL, LONGITUDINAL, SIX
 from aerosid.logs.flight_log import FlightLog

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.height_random_walk import height_random_walk
 from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
-from aerosid.equation_error.equations.recording import Recording, read_recordings
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from benchmarks.planted_aircraft import Body
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown

@@ -8,7 +8,7 @@ import pytest
 from equations_decided import questioned
 
 from aerosid.equation_error.equations.integrated_noise import integral_modes
-from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.selection.cross_validation import without_random_walk
 from aerosid.equation_error.settings import EquationErrorSettings
 

@@ -13,7 +13,7 @@ from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
 from aerosid.equation_error.equations.kinematic import inconsistent_heading, predicted_records, reconstruct
-from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 

@@ -10,7 +10,8 @@ from equations_decided import identified, questioned
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.kinematic import reconstruct
 from aerosid.equation_error.equations.mean_gust import airspeed_by_mean_gust
-from aerosid.equation_error.equations.recording import Recording, read_recordings
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written

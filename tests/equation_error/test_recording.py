@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from problems import Problem
 
-from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 

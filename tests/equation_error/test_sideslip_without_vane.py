@@ -17,7 +17,7 @@ from aerosid.effects.sensor_position import sensor_position
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.kinematic import predicted_records, reconstruct
 from aerosid.equation_error.equations.points import Equations, Point
-from aerosid.equation_error.equations.recording import read_recordings
+from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
 from aerosid.equation_error.settings import EquationErrorSettings
