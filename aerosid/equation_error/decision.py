@@ -62,7 +62,7 @@ from aerosid.equation_error.selection.regressor_errors import (
     with_regressor_errors,
     with_values,
 )
-from aerosid.equation_error.selection.replication import is_replicated
+from aerosid.equation_error.selection.replication import replicated_effects
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
 from aerosid.equation_error.selection.wald_tests import (
@@ -339,6 +339,6 @@ def _with_covariance(
     it would be eliminated by that alone and the validation records replicate it.
     """
     completed, covariance = with_instrument_errors(delays, on_fitted.estimate)
-    replicated = functools.partial(is_replicated, structure, on_fitted)
+    replicated = functools.partial(replicated_effects, selected=structure, fitted=on_fitted)
     confirmed = confirmed_unknowns(completed, covariance, structure.chosen, replicated)
     return with_instrument_errors(delays, on_fitted.estimate, confirmed) if confirmed else (completed, covariance)

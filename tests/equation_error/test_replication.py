@@ -9,7 +9,7 @@ from equations_decided import decided, frames_of
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.replication import is_needed, is_replicated
+from aerosid.equation_error.selection.replication import is_needed, replicated_effects
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
@@ -31,9 +31,9 @@ def test_a_term_is_replicated_if_the_validation_flight_has_it(unseen: Wrong, sho
     selected = SelectedStructure(estimate(whole, point), (each,))
     reduced = SelectedStructure(estimate(fitted, point), (each,))
     assert reduced.estimate.value(("term", entry)) == pytest.approx(2.0, abs=0.5)
-    assert is_replicated(selected, reduced, each) is shown
+    assert replicated_effects([each], selected=selected, fitted=reduced) == ([each] if shown else [])
     # A flight without information on an effect does not confirm it.
-    assert not is_replicated(reduced, reduced, each)
+    assert not replicated_effects([each], selected=reduced, fitted=reduced)
     assert is_needed(selected, reduced, each) is shown
     assert not is_needed(reduced, reduced, each)
 

@@ -33,7 +33,7 @@ from aerosid.equation_error.selection.level_shifts import (
     shifts_of,
 )
 from aerosid.equation_error.selection.penalties import Label
-from aerosid.equation_error.selection.replication import is_needed, is_replicated
+from aerosid.equation_error.selection.replication import is_needed, replicated_effects
 from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
@@ -57,7 +57,7 @@ def eliminate_insignificant(
     refuted: dict[Label, Refutation] = {}
     while True:
         fitted = on_identification_records(search, selected)
-        replicated = functools.partial(is_replicated, selected, fitted)
+        replicated = functools.partial(replicated_effects, selected=selected, fitted=fitted)
         removed = least_significant(fitted.estimate, selected.chosen, replicated) or _insignificant_by_blocks(
             search, selected, fitted
         )

@@ -74,15 +74,22 @@ def deletions(
 
     `with_columns`: with the columns of the effects' parameters, where more than the likelihood is needed.
     """
-    found, problem = selected.estimate, selected.estimate.problem
+    return deletions_from([selected], effects, with_columns=with_columns)[0]
 
-    def cached(each: SelectedEffect) -> Optimum | None:
+
+def deletions_from(
+    structures: Sequence[SelectedStructure], effects: Sequence[SelectedEffect], *, with_columns: bool = False
+) -> list[list[Optimum]]:
+    """As `deletions`, each of several estimates of one structure without each of some effects, all of them at once."""
+
+    def cached(selected: SelectedStructure, each: SelectedEffect) -> Optimum | None:
         peaks = selected.cache.get(("without", each.hypothesis.label), (None,))
         return peaks[0]
 
-    def reestimated(each: SelectedEffect) -> Optimum:
-        peak = cached(each) or maximise_likelihood(
-            problem,
+    def reestimated(deleted: tuple[SelectedStructure, SelectedEffect]) -> Optimum:
+        (selected, each), found = deleted, deleted[0].estimate
+        peak = cached(selected, each) or maximise_likelihood(
+            found.problem,
             point_without(found.point, each.hypothesis),
             found.solution.weights,
             STEPS,
@@ -91,15 +98,17 @@ def deletions(
         )
         return peak.with_columns() if with_columns else peak
 
-    def is_cached(each: SelectedEffect) -> bool:
-        peak = cached(each)
+    def is_cached(selected: SelectedStructure, each: SelectedEffect) -> bool:
+        peak = cached(selected, each)
         return peak is not None and (not with_columns or peak.has_columns)
 
-    missing = [each for each in effects if not is_cached(each)]
-    names = [each.hypothesis.label for each in missing]
-    for each, peak in zip(missing, mapped(reestimated, missing, common=[problem], names=names), strict=True):
-        selected.cache["without", each.hypothesis.label] = [peak]
-    return [selected.cache["without", each.hypothesis.label][0] for each in effects]
+    missing = [(n, each) for n, one in enumerate(structures) for each in effects if not is_cached(one, each)]
+    names = [(n, each.hypothesis.label) for n, each in missing]
+    problems = [one.estimate.problem for one in structures]
+    peaks = mapped(reestimated, [(structures[n], each) for n, each in missing], common=problems, names=names)
+    for (n, each), peak in zip(missing, peaks, strict=True):
+        structures[n].cache["without", each.hypothesis.label] = [peak]
+    return [[one.cache["without", each.hypothesis.label][0] for each in effects] for one in structures]
 
 
 def first_order_loss(selected: SelectedStructure, each: SelectedEffect) -> float:

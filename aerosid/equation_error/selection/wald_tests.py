@@ -19,6 +19,9 @@ from aerosid.equation_error.selection.structure import SelectedEffect
 
 Array = NDArray[np.float64]
 
+Confirmed = Callable[[Sequence[SelectedEffect]], Sequence[SelectedEffect]]
+"""Those of some effects that something else than the estimate shows."""
+
 
 @dataclass(frozen=True)
 class EffectEstimate:
@@ -119,11 +122,11 @@ def _rank(row: EffectEstimate) -> tuple[bool, float]:
 
 
 def least_significant(
-    found: Estimate, chosen: Sequence[SelectedEffect], confirmed: Callable[[SelectedEffect], bool] = lambda _each: False
+    found: Estimate, chosen: Sequence[SelectedEffect], confirmed: Confirmed = lambda _effects: ()
 ) -> SelectedEffect | None:
     """The effect of smallest t-ratio, where that is below the required one; else None.
 
-    `confirmed`: test, applied to insignificant effects, whether a validation record replicates them.
+    `confirmed`: those of insignificant effects that a validation record replicates.
     """
     covariance = corrected_covariance(found.design, found.solution)
     shown = confirmed_unknowns(found, covariance, chosen, confirmed)
@@ -133,17 +136,14 @@ def least_significant(
 
 
 def confirmed_unknowns(
-    found: Estimate, covariance: Array, chosen: Sequence[SelectedEffect], confirmed: Callable[[SelectedEffect], bool]
+    found: Estimate, covariance: Array, chosen: Sequence[SelectedEffect], confirmed: Confirmed
 ) -> list[Unknown]:
     """The parameters of those effects that are insignificant by some covariance, and confirmed."""
     insignificant = insignificant_effects(
         effect_estimates(found, covariance, chosen), chosen, found.problem.settings.deviations
     )
     return [
-        found.design.unknowns[n]
-        for each in insignificant
-        if confirmed(each)
-        for n in unknown_indices(found, each.hypothesis)
+        found.design.unknowns[n] for each in confirmed(insignificant) for n in unknown_indices(found, each.hypothesis)
     ]
 
 
