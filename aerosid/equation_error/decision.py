@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
@@ -151,7 +151,6 @@ class EquationErrorDecision:
 def decide(
     errors: InstrumentErrors,
     coefficients: Sequence[str],
-    log: Callable[[str], None] = lambda _text: None,
     declared: Mapping[Entry, tuple[float, float]] = MappingProxyType({}),
     further: Sequence[Manoeuvre] = (),
 ) -> EquationErrorDecision:
@@ -162,8 +161,6 @@ def decide(
     errors : InstrumentErrors
     coefficients : sequence of str
         Drag or axial force, lift or normal force, moment, as the aircraft file names them.
-    log : callable
-        Receives a message for each effect that is added or removed.
     declared : mapping of Entry to (float, float)
         A-priori value and standard deviation of derivatives: evidence in the choice between structures.
     further : sequence of Manoeuvre
@@ -172,7 +169,7 @@ def decide(
     start, hypotheses = errors.start, errors.hypotheses
     settings = errors.selected.estimate.problem.settings
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
-    joint = selected_jointly(errors, errors.selected, tuple(coefficients), values, log)
+    joint = selected_jointly(errors, errors.selected, tuple(coefficients), values)
     identified, other_delays, search, outcome = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     accepted, refuted = _accepted_structure(identified, search, outcome)
@@ -326,7 +323,6 @@ def _significant(
         insignificant = least_significant_of(findings, structure.chosen, search.fitted.settings.deviations)
         if insignificant is None:
             return _Accepted(structure, fitted, regressed, completed, covariance, biased)
-        search.log(f"  not significant with instrument uncertainty: {insignificant.hypothesis.label}")
         structure = structure_without(structure, insignificant)
 
 

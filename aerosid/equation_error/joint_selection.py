@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from aerosid.compiled.cores import both
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refutation
 from aerosid.equation_error.regression.declared_values import DeclaredValues
@@ -58,7 +57,6 @@ def selected_jointly(
     identified: SelectedStructure,
     coefficients: tuple[str, ...],
     values: DeclaredValues,
-    log: Callable[[str], None],
     near: SelectedStructure | None = None,
 ) -> JointSelection:
     """The structure selected by both kinds of equations.
@@ -70,20 +68,18 @@ def selected_jointly(
     sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
     whole = coefficients_of_all(identified.estimate.problem.recordings, settings, start.model)
     declared = estimate(whole, with_errors_held(start, identified.estimate.point.effects))
-    likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors, log)
+    likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors)
     if likelier is not identified:
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
     declared = compared_with(values, likelier_vane_smoothing(likelier_input_interpolation(declared)))
-    search = _coefficient_search(errors, identified, declared, coefficients, log)
+    search = _coefficient_search(errors, identified, declared, coefficients)
     outcome = _selected_with_delays(identified, declared, search, near)
     for each in identified.chosen:
         joint = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
         if joint is not None and _is_rejected(joint, search.criterion.penalty(each.hypothesis), outcome, search):
-            gains = f"{joint.kinematic:.1f}, {joint.coefficient:.1f}"
-            log(f"  gains of both kinds of equations {gains} by {each.hypothesis.label}")
             others = structure_without(identified, each)
             near = SelectedStructure(joint.coefficients_without, outcome.structure.chosen)
-            return selected_jointly(errors, others, coefficients, values, log, near)
+            return selected_jointly(errors, others, coefficients, values, near)
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     return JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
@@ -99,7 +95,6 @@ def _coefficient_search(
     identified: SelectedStructure,
     declared: Estimate,
     coefficients: tuple[str, ...],
-    log: Callable[[str], None],
 ) -> CoefficientSearch:
     """Search among the hypotheses that are no instrument errors and the instrument errors with kinematic evidence."""
     hypotheses, settings = errors.hypotheses, declared.problem.settings
@@ -114,7 +109,7 @@ def _coefficient_search(
         return known is None or known.agrees(found.point.effects[-1].values, settings.agreement)
 
     fitted = replace(declared.problem, all_fitted=False)
-    return CoefficientSearch(candidates, coefficients, fitted, criterion, admitted, log)
+    return CoefficientSearch(candidates, coefficients, fitted, criterion, admitted)
 
 
 def _selected_with_delays(
@@ -132,24 +127,21 @@ def _selected_with_delays(
         point = with_errors_held(found.point, delays.effects)
         return estimate(declared.problem, point, found.solution.weights)
 
-    def outcome(search: CoefficientSearch, initial: JointDelays) -> DelaySelection:
+    def outcome(initial: JointDelays) -> DelaySelection:
         start = SelectedStructure(at_delays(origin.estimate, initial), origin.chosen)
         structure, refuted = select_structure(search, start)
-        delays = joint_delays(identified.estimate, initial, structure.estimate, search.log)
+        delays = joint_delays(identified.estimate, initial, structure.estimate)
         if delays is initial:
             return DelaySelection(initial, structure, refuted)
         at_joint = at_delays(structure.estimate, delays)
         if search.worsens_prediction(structure.estimate, at_joint):
-            search.log("  joint time delays rejected by a validation record")
             return DelaySelection(initial, structure, refuted)
         return DelaySelection(delays, SelectedStructure(at_joint, structure.chosen), refuted)
 
     kinematic = kinematic_delays(identified.estimate)
-    joint = joint_delays(identified.estimate, kinematic, declared, search.log)
+    joint = joint_delays(identified.estimate, kinematic, declared)
     if is_within(kinematic, joint, declared.problem.settings.deviations):
-        return outcome(search, joint)
-    found, other = search.in_parallel(
-        functools.partial(outcome, initial=joint), functools.partial(outcome, initial=kinematic), [declared.problem]
-    )
+        return outcome(joint)
+    found, other = both(lambda: outcome(joint), lambda: outcome(kinematic), [declared.problem])
     best, alternative = (search.penalised_likelihood(each.structure) - each.delays.penalty for each in (found, other))
     return other if alternative > best else found

@@ -34,9 +34,7 @@ def search_and_initial() -> tuple[CoefficientSearch, SelectedStructure]:
     start = estimate(whole, Point(model, tuple((d.coefficient, d.term) for d in aircraft.derivatives), ()))
     criterion = criterion_for(hypotheses, start.design.target.size, 0.05, 0.1)
     coefficients = tuple(aircraft.coefficients)
-    search = CoefficientSearch(
-        hypotheses, coefficients, fitted, criterion, lambda _found, _hypothesis: True, lambda _text: None
-    )
+    search = CoefficientSearch(hypotheses, coefficients, fitted, criterion, lambda _found, _hypothesis: True)
     fourth = [h for h in hypotheses if h.term == "alpha^4"]
     initial = search.forward(SelectedStructure(start, ()), fourth, 1, step_changes=False)
     assert [each.hypothesis.term for each in initial.chosen] == ["alpha^4"]

@@ -97,9 +97,7 @@ def test_the_coefficients_refute_a_delay_that_the_vane_does_not_have_and_no_othe
     logs = [flown(name, body, SEEDS + 60 + n, air=0.6, wrong=wrong, seconds=24.0) for n, name in enumerate("ab")]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 60))
     errors = identified(aircraft, logs[:1], logs[1:])
-    search = selected_jointly(
-        errors, errors.selected, aircraft.coefficients, DeclaredValues({}, 0.0, 0.0), lambda _: None
-    ).search
+    search = selected_jointly(errors, errors.selected, aircraft.coefficients, DeclaredValues({}, 0.0, 0.0)).search
     whole = replace(search.fitted, all_fitted=True)
     (delay,) = [h.effects[0] for h in errors.hypotheses if (h.kind, h.where) == ("sensor_delay", "alpha")]
     on_time = estimate(whole, errors.start)

@@ -68,7 +68,6 @@ def eliminate_insignificant(
             if removed is None:
                 return selected, refuted
             refuted.setdefault(removed.hypothesis.label, grounds)
-        search.log(f"  eliminated: {removed.hypothesis.label}")
         selected = structure_without(selected, removed)
 
 

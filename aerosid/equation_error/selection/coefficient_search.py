@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, TypeVar
 
 from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.hypothesis import Hypothesis
@@ -37,9 +36,6 @@ from aerosid.equation_error.selection.stepwise import (
 )
 from aerosid.equation_error.selection.structure import SelectedStructure, estimate_without_all, penalised_likelihood
 
-_Found = TypeVar("_Found")
-_Other = TypeVar("_Other")
-
 
 @dataclass(frozen=True)
 class CoefficientSearch:
@@ -56,8 +52,6 @@ class CoefficientSearch:
     criterion : SelectionCriterion
     admitted : callable
         Admission of an estimate by criteria other than the likelihood.
-    log : callable
-        Receives a message for each effect that is added or removed.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -65,7 +59,6 @@ class CoefficientSearch:
     fitted: RegressionProblem
     criterion: SelectionCriterion
     admitted: Admitted
-    log: Callable[[str], None]
 
     def hypotheses_except(self, refuted: Collection[Label]) -> list[Hypothesis]:
         """The candidates without those refuted by validation records."""
@@ -107,28 +100,7 @@ class CoefficientSearch:
             most=most,
             admitted=self._admissible_except(excluded),
             history=history,
-            log=self.log,
         )
-
-    def in_parallel(
-        self,
-        one: Callable[[CoefficientSearch], _Found],
-        other: Callable[[CoefficientSearch], _Other],
-        common: Sequence[object],
-    ) -> tuple[_Found, _Other]:
-        """Run two independent searches in parallel; the messages of the first are logged before those of the second.
-
-        `common`: the regression problems of their estimates.
-        """
-
-        def logged(search: Callable[[CoefficientSearch], Any]) -> tuple[Any, list[str]]:
-            messages: list[str] = []
-            return search(replace(self, log=messages.append)), messages
-
-        (first, messages), (second, other_messages) = both(lambda: logged(one), lambda: logged(other), common)
-        for text in (*messages, *other_messages):
-            self.log(text)
-        return first, second
 
     def with_replacements(
         self, found: SelectedStructure, hypotheses: Sequence[Hypothesis], excluded: Collection[Label] = ()
@@ -142,7 +114,6 @@ class CoefficientSearch:
             exchanged = with_replacements(found, hypotheses, self.criterion, self._admissible_except(excluded))
             if exchanged is found:
                 break
-            self.log(f"  replaced by {', '.join(' '.join(each.hypothesis.label) for each in exchanged.chosen)}")
             found = self.forward(exchanged, hypotheses, most, excluded=excluded)
         return found
 
@@ -205,7 +176,7 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
     else:
         (found, order), lead = _stepwise(search, initial), 0.0
     for _ in range(problem.settings.rounds):
-        shifted = level_shifts(found.estimate, search.coefficients, search.criterion, problem.settings.most, search.log)
+        shifted = level_shifts(found.estimate, search.coefficients, search.criterion, problem.settings.most)
         if shifted is found.estimate:
             break
         current = SelectedStructure(shifted, found.chosen)
@@ -213,13 +184,12 @@ def select_with_level_shifts(search: CoefficientSearch, initial: SelectedStructu
             found = continued(search, current)
             continue
         # The longer one here: it has both cores as soon as the other is done.
-        restarted, found = search.in_parallel(
-            functools.partial(_restarted, initial=initial, shifted=current, order=order),
-            functools.partial(continued, found=current),
+        restarted, found = both(
+            functools.partial(_restarted, search, initial, current, order),
+            functools.partial(continued, search, current),
             [problem],
         )
         continued_value, restarted_value = search.penalised_likelihood(found), search.penalised_likelihood(restarted)
-        search.log(f"  with level shifts {continued_value:.1f}, restarted {restarted_value:.1f}")
         lead = continued_value - restarted_value
         if lead < -problem.settings.clearly:
             found = restarted
@@ -249,12 +219,11 @@ def _with_separation_for_terms(search: CoefficientSearch, found: SelectedStructu
         estimate_without_all(found, terms),
         tuple(each for each in found.chosen if each not in terms),
     )
-    separated = with_flow_separation(reduced, problem, search.criterion, search.coefficients, search.log)
+    separated = with_flow_separation(reduced, problem, search.criterion, search.coefficients)
     if separated is None:
         return None
     separated = search.forward(separated, search.hypotheses, problem.settings.most)
     by_terms, by_separation = search.penalised_likelihood(found), search.penalised_likelihood(separated)
-    search.log(f"  nonlinear terms of alpha {by_terms:.1f}, separation {by_separation:.1f}")
     is_likelier = by_separation > by_terms + problem.settings.clearly
     return separated if is_likelier and not search.worsens_prediction(found.estimate, separated.estimate) else None
 
@@ -283,9 +252,7 @@ def _with_restarted_shifts(search: CoefficientSearch, found: SelectedStructure) 
     problem, current = found.estimate.problem, shifts_of(found.estimate)
     reduced = estimate(problem, without_shifts(found.estimate), found.estimate.solution.weights)
     most = problem.settings.most
-    restarted = SelectedStructure(
-        level_shifts(reduced, search.coefficients, search.criterion, most, search.log), found.chosen
-    )
+    restarted = SelectedStructure(level_shifts(reduced, search.coefficients, search.criterion, most), found.chosen)
     fewer = len(shifts_of(restarted.estimate)) < len(current)
     return found if fewer else max(found, restarted, key=search.penalised_likelihood)
 
@@ -312,11 +279,11 @@ def _stepwise(
     if order is _Order.ONE_BY_ONE or not shows_separation(problem):
         return _with_replacements_or_separation(search, search.forward(initial, hypotheses, most)), order
     enough = NumberSeenByCopies(most)
-    separation_first = functools.partial(_separation_first, initial=initial, enough=enough)
-    if order is _Order.SEPARATION_FIRST and (known := separation_first(search)) is not None:
+    separation_first = functools.partial(_separation_first, search, initial, enough)
+    if order is _Order.SEPARATION_FIRST and (known := separation_first()) is not None:
         return _with_replacements_or_separation(search, known), order
-    separated, (found, path, history) = search.in_parallel(
-        separation_first, functools.partial(_one_by_one, initial=initial, enough=enough), [problem]
+    separated, (found, path, history) = both(
+        separation_first, functools.partial(_one_by_one, search, initial, enough), [problem]
     )
     if separated is None:
         return _with_replacements_or_separation(search, found), _Order.EITHER
@@ -345,7 +312,7 @@ def _separation_first(
     problem, hypotheses = initial.estimate.problem, search.hypotheses
     controls = [hypothesis for hypothesis in hypotheses if is_control_term(hypothesis)]
     driven = search.forward(initial, controls, problem.settings.most, step_changes=False)
-    separated = with_flow_separation(driven, problem, search.criterion, search.coefficients, search.log)
+    separated = with_flow_separation(driven, problem, search.criterion, search.coefficients)
     if separated is not None:
         driven = search.forward(separated, controls, problem.settings.most, step_changes=False)
         separated = search.forward(driven, hypotheses, problem.settings.most)

@@ -44,6 +44,5 @@ def likelier_from_declared_values(
         return found
     free = SelectedStructure(estimate(problem, grown.estimate.point, grown.estimate.solution.weights), grown.chosen)
     before, after = search.penalised_likelihood(found), search.penalised_likelihood(free)
-    search.log(f"  from re-estimated values {before:.1f}, from declared values {after:.1f}")
     # Between two that are alike the shorter way decides.
     return continued(search, free) if after > before - math.log(search.criterion.false_alarm) else found

@@ -161,7 +161,6 @@ def identify_instrument_errors(
     identification: Sequence[Manoeuvre],
     validation: Sequence[Manoeuvre] = (),
     settings: EquationErrorSettings = USUAL,
-    log: Callable[[str], None] = lambda _text: None,
     length: float | None = None,
 ) -> InstrumentErrors | None:
     """Identify and estimate instrument errors by the kinematic equations; None where a record is too short.
@@ -178,8 +177,6 @@ def identify_instrument_errors(
         Candidates.
     identification, validation : sequence of Manoeuvre
         The structure is determined from all of them, derivatives from the first alone.
-    log : callable
-        Receives a message for each effect that is added or removed.
     length : float, optional
         Of the aircraft, m: largest distance of a sensor from the centre of gravity; by default a multiple of its chord.
     """
@@ -197,13 +194,10 @@ def identify_instrument_errors(
     while True:
         samples, alarm = error_free.estimate.design.target.size, settings.alarm(model.axes)
         criterion = criterion_for(testable, samples, alarm, settings.factor_odds)
-        found, path = _searched(
-            initial, testable, criterion, coefficients, lambda found: _off_aircraft(found, length), log
-        )
+        found, path = _searched(initial, testable, criterion, coefficients, lambda found: _off_aircraft(found, length))
         off_aircraft = _off_aircraft(found, length)
         if not off_aircraft:
             break
-        log(f"  position outside the aircraft: {[hypothesis.label for hypothesis in off_aircraft]}")
         names = set(map(distinct_name, off_aircraft))
         testable = tuple(h for h in testable if distinct_name(h) not in names)
         # Steps before the first of them would be repeated identically.
@@ -220,7 +214,6 @@ def _searched(
     criterion: SelectionCriterion,
     coefficients: CoefficientCheck,
     off_aircraft: Callable[[SelectedStructure], list[Hypothesis]],
-    log: Callable[[str], None],
 ) -> tuple[SelectedStructure, list[SelectedStructure]]:
     """Stepwise selection of instrument errors by the kinematic equations: selection, pairs, replacement, elimination.
 
@@ -244,12 +237,11 @@ def _searched(
         kinematic=True,
         most=settings.most,
         admitted=admitted,
-        log=log,
     )
     path = list(steps(initial))
     found = path[-1]
     visited = {structure_key(found)}
-    while (paired := add_pair(found, criterion, sensors, admitted, log)) is not None:
+    while (paired := add_pair(found, criterion, sensors, admitted)) is not None:
         *_, found = steps(paired)
         if structure_key(found) in visited:  # a pair that enters and is eliminated again would repeat endlessly
             break
@@ -262,7 +254,7 @@ def _searched(
         entered = SelectedEffect(hypothesis, kinematic=True, gain=0.0)
         return admitted(estimated, hypothesis) and not off_aircraft(SelectedStructure(estimated, (entered,)))
 
-    found = with_other_time_origin(found, sensors, criterion, on_aircraft, log)
+    found = with_other_time_origin(found, sensors, criterion, on_aircraft)
     if initial.estimate.point.free:
         may_replace = share_a_distance if model.axes == LONGITUDINAL else _any_error
         found = choose_by_coefficients(found, sensors, criterion, coefficients, may_replace)

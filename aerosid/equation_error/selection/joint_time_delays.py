@@ -8,7 +8,7 @@ kinematic estimate as prior (Bayes; Klein & Morelli, Aircraft System Identificat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -77,9 +77,7 @@ def kinematic_delays(identified: Estimate) -> JointDelays:
     return JointDelays(identified.point.effects, covariance, 0.0)
 
 
-def joint_delays(
-    identified: Estimate, initial: JointDelays, found: Estimate, log: Callable[[str], None] = lambda _text: None
-) -> JointDelays:
+def joint_delays(identified: Estimate, initial: JointDelays, found: Estimate) -> JointDelays:
     """The delays at the maximum of the joint likelihood; other errors follow by their correlation.
 
     Parameters
@@ -126,7 +124,6 @@ def joint_delays(
                 break
         else:
             break
-    log("  joint " + ", ".join(f"{active.effect.kind} {active.effect.where} {active.values}" for active in effects))
     joint = kinematic - follow @ (known - covariance) @ follow.T
     return JointDelays(effects, joint, 0.5 * float(deviation @ prior @ deviation))
 
@@ -226,7 +223,6 @@ def likeliest_delay_kinds(
     identified: SelectedStructure,
     declared: Estimate,
     sensors: Sequence[Hypothesis],
-    log: Callable[[str], None] = lambda _text: None,
 ) -> tuple[SelectedStructure, tuple[Alternative, ...]]:
     """The errors, each delay of the kind of highest joint likelihood, and the other kinds as alternatives.
 
@@ -248,7 +244,7 @@ def likeliest_delay_kinds(
         # The same errors are evaluated for each delayed channel.
         name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in initial.effects)
         if name not in cached:
-            delays = joint_delays(selected.estimate, initial, _with_delays(declared, initial), log)
+            delays = joint_delays(selected.estimate, initial, _with_delays(declared, initial))
             cached[name] = delays, _with_delays(declared, delays).log_likelihood - delays.penalty
         delays, likelihood = cached[name]
         return _DelayModel(hypothesis, gain, deficit, selected, delays, likelihood - deficit)
@@ -275,7 +271,6 @@ def likeliest_delay_kinds(
         identified = best.selected
     # An error selected with a delay of the other kind may have compensated that kind.
     while (weak := least_significant(identified.estimate, identified.chosen)) is not None:
-        log(f"  not significant with the other kind of delay: {weak.hypothesis.label}")
         identified = structure_without(identified, weak)
     names = set(identified.labels)
     return identified, tuple(row for row in others if row.replaces.label in names)

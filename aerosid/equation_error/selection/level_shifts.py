@@ -8,7 +8,7 @@ finding.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -99,7 +99,6 @@ def level_shifts(
     coefficients: Sequence[str],
     criterion: SelectionCriterion,
     most: int,
-    log: Callable[[str], None] = lambda _text: None,
 ) -> Estimate:
     """A structure with the step changes of validation records added to its level shifts.
 
@@ -121,7 +120,6 @@ def level_shifts(
                 most=most,
                 coefficients=coefficients,
                 recording=recording.name,
-                log=lambda text, name=recording.name: log(f"{name}: {text}"),  # type: ignore[misc]
             )
             found = last.estimate
     return found

@@ -9,7 +9,7 @@ raised.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +40,6 @@ def add_pair(
     criterion: SelectionCriterion,
     hypotheses: Sequence[Hypothesis],
     admitted: Admitted = lambda _found, _hypothesis: True,
-    log: Callable[[str], None] = lambda _text: None,
 ) -> SelectedStructure | None:
     """The structure of instrument errors with the likeliest pair that is significant jointly; None where there is none.
 
@@ -64,7 +63,6 @@ def add_pair(
         found = _with_both(base, one, other, weights)
         gain = found.gain_over(base)
         net = gain - joint_penalty(criterion, found.point, initial)
-        log(f"   pair {one.label} and {other.label} {net:.1f}")
         # The test applies to the last hypothesis of an estimate.
         if (
             net > most
@@ -75,9 +73,8 @@ def add_pair(
     if best is None:
         return None
     found, pair, gain = best
-    log(f"  added as a pair {pair[0].label} and {pair[1].label}")
     chosen = (*selected.chosen, *(SelectedEffect(hypothesis, kinematic=True, gain=gain) for hypothesis in pair))
-    return eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=pair, log=log)
+    return eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=pair)
 
 
 def _with_both(base: Estimate, first: Hypothesis, last: Hypothesis, weights: Weights) -> Estimate:

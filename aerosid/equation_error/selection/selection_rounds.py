@@ -66,7 +66,6 @@ def add_terms_at_raised_odds(
     losses = likelihood_losses(found.estimate, errors)
     if not losses:
         return search, found, refuted
-    search.log("  likelihood losses " + ", ".join(f"{name} {loss:.1f}" for name, loss in losses.items()))
     settings = found.estimate.problem.settings
     search = replace(
         search, criterion=with_raised_odds(search.criterion, search.hypotheses, losses, settings.contradicted)
@@ -85,7 +84,6 @@ def add_terms_at_raised_odds(
     for each in retained.chosen:
         label = each.hypothesis.label
         if label in new and not better.get(label, False):
-            search.log(f"  does not improve prediction: {label}")
             retained = structure_without(retained, each)
     if not retained.labels_not_in(found):
         return search, found, refuted

@@ -86,7 +86,6 @@ def forward_selection(
     recording: str | None = None,
     admitted: Admitted = lambda _found, _hypothesis: True,
     history: SelectionHistory | None = None,
-    log: Callable[[str], None] = lambda _text: None,
 ) -> Iterator[SelectedStructure]:
     """A structure, and its extensions by the best significant hypothesis at a time, with elimination after each step.
 
@@ -110,17 +109,17 @@ def forward_selection(
         yield selected
         if len(selected.chosen) >= most:
             return
-        best = _best(selected, criterion, hypotheses, inadmissible, admitted, log, coefficients, recording)
+        best = _best(selected, criterion, hypotheses, inadmissible, admitted, coefficients, recording)
         if best is None:
             # What entered last too: without it another optimum may be reached, likelier than the structure it entered.
-            last, selected = selected, eliminate_by_penalty(selected, criterion, log=log)
+            last, selected = selected, eliminate_by_penalty(selected, criterion)
             if selected is last:
                 return
             continue
         found, hypothesis, gain = best
         drop_cached_columns(selected.cache, CURRENT_MODEL)
         chosen = (*selected.chosen, SelectedEffect(hypothesis, kinematic, gain))
-        selected = eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=[hypothesis], log=log)
+        selected = eliminate_by_penalty(SelectedStructure(found, chosen), criterion, protected=[hypothesis])
 
 
 def structure_key(selected: SelectedStructure) -> frozenset[tuple[object, ...]]:
@@ -134,7 +133,6 @@ def _best(
     hypotheses: Sequence[Hypothesis],
     inadmissible: set[tuple[str, str, str]],
     admitted: Admitted,
-    log: Callable[[str], None],
     coefficients: Sequence[str],
     recording: str | None,
 ) -> tuple[Estimate, Hypothesis, float] | None:
@@ -177,15 +175,12 @@ def _best(
         break
     tried += _estimated(base, _other_delay_kinds(base, tried, candidates, criterion), criterion)
     tried.sort(key=lambda trial: -trial.net)
-    log("   tested " + ", ".join(f"{t.hypothesis.label} {t.net:.1f}" for t in tried))
     for trial in tried:
         if trial.net <= 0.0:
             continue
         found = trial.peak.estimate
         if is_acceptable(found, trial.hypothesis, admitted):
-            log(f"  added {trial.hypothesis.label}")
             return found, trial.hypothesis, found.gain_over(base)
-        log(f"  not admitted {trial.hypothesis.label}")
         inadmissible.add(trial.hypothesis.label)
     return None
 
@@ -304,7 +299,6 @@ def with_flow_separation(
     problem: RegressionProblem,
     criterion: SelectionCriterion,
     coefficients: Sequence[str],
-    log: Callable[[str], None],
 ) -> SelectedStructure | None:
     """The structure with flow separation, where that exceeds its penalty; else None."""
     best: tuple[float, Estimate, Hypothesis] | None = None
@@ -313,7 +307,6 @@ def with_flow_separation(
             problem, with_hypothesis(selected.estimate.point, hypothesis), selected.estimate.solution.weights, steps=12
         )
         net = found.gain_over(selected.estimate) - criterion.penalty(hypothesis)
-        log(f"  separation {net:.1f} at {found.point.effects[-1].values}")
         active = found.point.effects[-1]
         is_valid = is_within_signed_limits(active) and is_breakdown(active)
         if net > 0.0 and is_valid and (best is None or net > best[0]):
@@ -329,7 +322,6 @@ def eliminate_by_penalty(
     selected: SelectedStructure,
     criterion: SelectionCriterion,
     protected: Sequence[Hypothesis] = (),
-    log: Callable[[str], None] = lambda _text: None,
 ) -> SelectedStructure:
     """Backward elimination of effects whose gain is below their penalty; `protected` ones are retained."""
     while True:
@@ -346,7 +338,6 @@ def eliminate_by_penalty(
                 worst = net, reduced, each
         if worst is None:
             return selected
-        log(f"  eliminated {worst[2].hypothesis.label} {worst[0]:.1f}")
         selected = SelectedStructure(worst[1].estimate, tuple(each for each in selected.chosen if each is not worst[2]))
 
 

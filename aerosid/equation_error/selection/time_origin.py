@@ -7,7 +7,7 @@ delay, so that fewer errors may suffice. Recorders delay channels and do not adv
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -39,7 +39,6 @@ def with_other_time_origin(
     hypotheses: Sequence[Hypothesis],
     criterion: SelectionCriterion,
     admitted: Admitted,
-    log: Callable[[str], None] = lambda _text: None,
 ) -> SelectedStructure:
     """The structure with late channels in place of several early ones, where its penalised likelihood is higher.
 
@@ -62,7 +61,6 @@ def with_other_time_origin(
     found = with_replacements(found, hypotheses, criterion, admitted)
     if penalised_likelihood(found, criterion) <= penalised_likelihood(selected, criterion):
         return selected
-    log(f"  time origin moved, late channels replace early ones: {[each.hypothesis.label for each in found.chosen]}")
     return found
 
 
