@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refutation, Refuted
 from aerosid.equation_error.selection.control_dependence import ControlDependence
 from aerosid.estimation.deviations import Deviations, deviations
@@ -13,7 +12,7 @@ from aerosid.estimation.filter_error import FilterError, filter_error, widened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
-from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.acceptance import accept
 from aerosid.search.backward_elimination import eliminate_on_final_estimate
@@ -24,12 +23,8 @@ from aerosid.search.lowered_coefficients import LoweredCoefficient
 from aerosid.search.multi_start import MultiStartResult, multi_start_search, search_without_disturbances
 from aerosid.search.other_derivatives import OtherDerivative
 from aerosid.search.replacement import alternatives_to_parts, replace_parts
-from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import SuggestedTerm, suggested_terms
-
-USUAL = AttributionSettings()
-"""The default settings."""
 
 
 @dataclass(frozen=True)
@@ -119,44 +114,20 @@ class Attribution:
         return tuple(finding.entry for finding in self.findings if finding.entry is not None)
 
 
-def attribute(
-    before: Refinement,
-    manoeuvres: Sequence[Manoeuvre],
-    hypotheses: Sequence[Hypothesis],
-    coefficients: Sequence[str] = (),
-    settings: AttributionSettings = USUAL,
-    given: AerodynamicModel | None = None,
-    validation: Sequence[Manoeuvre] = (),
-    *,
-    moving_air: bool = False,
+def attribute_by_search(
+    search: StructureSearch, validation: Sequence[Manoeuvre], *, moving_air: bool = False
 ) -> Attribution:
-    """Structure search for the declared model's missing effects: `hypotheses`, flow separation, disturbances.
+    """Structure search for the declared model's missing effects: its hypotheses, flow separation, disturbances.
 
     Parameters
     ----------
-    before : Refinement
-        The declared structure, re-estimated on the manoeuvres.
-    manoeuvres : sequence of Manoeuvre
-        The identification flights, one joint estimate.
-    hypotheses : sequence of Hypothesis
-        The candidates.
-    coefficients : sequence of str
-        Coefficients that may change without a term; none: no step change and no flow separation is tried.
-    given : AerodynamicModel, optional
-        The declared structure with its declared values: start of a restarted search where the residual is gross.
+    search : StructureSearch
+        The identification flights, the hypotheses and the declared structure.
     validation : sequence of Manoeuvre
         Flights that are not fitted; a part that makes their prediction worse is eliminated.
     moving_air : bool
         Whether the instruments show gusts by kinematics alone: the first search is then made in their presence.
     """
-    search = StructureSearch(tuple(manoeuvres), tuple(hypotheses), tuple(coefficients), before, settings, given)
-    return attribute_by_search(search, validation, moving_air=moving_air)
-
-
-def attribute_by_search(
-    search: StructureSearch, validation: Sequence[Manoeuvre], *, moving_air: bool = False
-) -> Attribution:
-    """As `attribute`, with a search that is set up."""
     results = multi_start_search(search, search.declared, validation, moving_air=moving_air)
     return _attributed(search, results, validation)
 

@@ -8,9 +8,12 @@ import pytest
 from equations_decided import decided, questioned
 
 from aerosid.loop.insignificant_derivatives import fix_insignificant
-from aerosid.search.attribution import USUAL, Attribution
+from aerosid.search.attribution import Attribution
 from aerosid.search.equation_error_attribution import attribute_by_equations
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+
+USUAL = AttributionSettings()
 
 AGREES, DISAGREES = ("C_n", "p_hat"), ("C_n", "r_hat")
 AIRCRAFT = commuter.aircraft(commuter.SIDE, 0.93)

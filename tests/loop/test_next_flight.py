@@ -38,9 +38,11 @@ from aerosid.reporting import report_html, write_report
 from aerosid.reporting.page import compose
 from aerosid.reporting.paper import report_pdf
 from aerosid.reporting.result_json import result_text
-from aerosid.search.attribution import Attribution, attribute
+from aerosid.search.attribution import Attribution, attribute_by_search
 from aerosid.search.findings import Finding
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.settings import AttributionSettings
+from aerosid.search.structure_search import StructureSearch
 
 FREE = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
 PLANTED = Problem(undeclared={("C_m", "delta_e^2"): -0.5}, duration=8.0, amplitude=0.08)
@@ -368,7 +370,8 @@ def test_the_proposed_flight_decides_whichever_is_true(
         *term_hypotheses(problem.candidates(logs[0])),
         *effect_hypotheses(model, manoeuvres, LIGHT.coefficients),
     )
-    found = attribute(before, manoeuvres, hypotheses, LIGHT.coefficients)
+    search = StructureSearch(tuple(manoeuvres), hypotheses, LIGHT.coefficients, before, AttributionSettings())
+    found = attribute_by_search(search, [])
     assert [(f.where, f.term) for f in found.findings] == [("C_m", truth)]
     assert ("C_m", {"delta_e^2": "delta_e^3", "delta_e^3": "delta_e^2"}[truth]) not in {
         (other.where, other.term) for other in found.alternatives

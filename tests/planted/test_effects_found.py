@@ -20,10 +20,13 @@ from aerosid.flight_model.simulation import fly, steps, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
-from aerosid.search.attribution import USUAL, Attribution
+from aerosid.search.attribution import Attribution
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.separation_search import search_separation_first
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+
+USUAL = AttributionSettings()
 
 Array = NDArray[np.float64]
 FRAME = Airframe(LIGHT.wing_area, LIGHT.mean_chord, LIGHT.I_yy, LIGHT.airspeed, 100.0)

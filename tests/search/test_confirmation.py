@@ -10,11 +10,14 @@ from scipy.stats import binom, norm
 
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.search.attribution import USUAL, attribute
+from aerosid.search.attribution import attribute_by_search
 from aerosid.search.confirmation import Confirmed, confirmed_terms, note_on_confirmed, with_confirmed
 from aerosid.search.hypotheses import term_hypotheses
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import SuggestedTerm, suggested_terms
+
+USUAL = AttributionSettings()
 
 DRAG = ("C_X", "alpha^2")
 WITH = Problem(undeclared={DRAG: 3.6})
@@ -71,7 +74,7 @@ def test_a_confirmed_term_is_among_the_findings_with_its_p_value() -> None:
     terms = term_hypotheses((entry(*DRAG), entry("C_m", "alpha^3"), entry("C_Z", "alpha*q_hat")))
     settings = replace(USUAL, false_alarm=1e-250)
     without_validation, with_validation = (
-        attribute(before, [manoeuvre], terms, LIGHT.coefficients, settings, validation=flights)
+        attribute_by_search(StructureSearch((manoeuvre,), terms, LIGHT.coefficients, before, settings), flights)
         for flights in ([], [other])
     )
     assert entry(*DRAG) not in without_validation.terms

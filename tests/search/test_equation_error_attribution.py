@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from equations_decided import decided, questioned
 
-from aerosid.search.attribution import USUAL
 from aerosid.search.equation_error_attribution import attribute_by_equations
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
+
+USUAL = AttributionSettings()
 
 BODY = BODIES[0]
 SEED = 7320

@@ -12,12 +12,15 @@ from scipy.stats import norm
 
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import refine
-from aerosid.search.attribution import USUAL, Attribution, attribute
+from aerosid.search.attribution import Attribution, attribute_by_search
 from aerosid.search.confirmation import Confirmed, note_on_confirmed
 from aerosid.search.final_significance import eliminate_by_wald_test, note_on_eliminated
 from aerosid.search.hypotheses import term_hypotheses
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import SuggestedTerm
+
+USUAL = AttributionSettings()
 
 DRAG = ("C_X", "alpha^2")
 MOMENT = ("C_m", "alpha^2")
@@ -32,8 +35,8 @@ def searched() -> tuple[StructureSearch, Attribution]:
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     terms = term_hypotheses([entry(*each) for each in CANDIDATES])
     quiet = replace(USUAL, disturbances=False)
-    found = attribute(before, [manoeuvre], terms, (), quiet)
-    return StructureSearch((manoeuvre,), terms, (), before, quiet), found
+    search = StructureSearch((manoeuvre,), terms, (), before, quiet)
+    return search.without_stored_fits(), attribute_by_search(search, [])
 
 
 def search_requiring(deviations: float) -> StructureSearch:

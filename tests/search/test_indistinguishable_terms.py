@@ -13,7 +13,7 @@ from scipy.signal import lsim
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.logs.flight_log import FlightLog
-from aerosid.search.attribution import USUAL, Attribution, attribute
+from aerosid.search.attribution import Attribution, attribute_by_search
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.indistinguishable_terms import (
     IndistinguishableTerm,
@@ -21,6 +21,10 @@ from aerosid.search.indistinguishable_terms import (
     note_on_indistinguishable_terms,
     with_indistinguishable_terms,
 )
+from aerosid.search.settings import AttributionSettings
+from aerosid.search.structure_search import StructureSearch
+
+USUAL = AttributionSettings()
 
 LAG = 0.25
 
@@ -33,7 +37,8 @@ def findings_and_terms(problem: Problem, log: FlightLog) -> tuple[Attribution, l
     before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
     effects = effect_hypotheses(model, [manoeuvre])
     hypotheses = (*term_hypotheses(problem.candidates(log)), *(h for h in effects if h.kind.startswith("sensor")))
-    found = attribute(before, [manoeuvre], hypotheses, settings=replace(USUAL, disturbances=False))
+    search = StructureSearch((manoeuvre,), hypotheses, (), before, replace(USUAL, disturbances=False))
+    found = attribute_by_search(search, [])
     return found, indistinguishable_terms(found, [manoeuvre], hypotheses, USUAL.coefficient_rivals)
 
 

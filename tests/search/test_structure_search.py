@@ -12,9 +12,11 @@ from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.score_test import Linearised
-from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+
+USUAL = AttributionSettings()
 
 SQUARES = tuple(entry(*key) for key in BOTH_SQUARES)
 

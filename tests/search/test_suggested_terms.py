@@ -8,10 +8,12 @@ from problems import LIGHT, Problem, entry, shaken
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.logs.flight_log import FlightLog
-from aerosid.search.attribution import USUAL
 from aerosid.search.hypotheses import term_hypotheses
+from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import note_on_suggested, suggested_terms
+
+USUAL = AttributionSettings()
 
 DRAG = ("C_X", "alpha^2")
 
