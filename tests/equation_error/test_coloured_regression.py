@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from aerosid.equation_error.regression.coloured_regression import Colour, colour_of
+from aerosid.equation_error.regression.coloured_regression import Colour, colour_of, likeliest_colour
 from aerosid.equation_error.regression.design import Design, Weights, log_likelihoods, regress, solve
 from aerosid.equation_error.regression.residual_colours import Coloured, ColourGroups, coloured
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -153,11 +153,15 @@ def test_a_step_in_one_record_gains_as_its_score_while_the_other_remains(seed: i
     assert gain >= at_given_colour
 
 
-def own_or_shared_colours(parts: list[Array], order: int) -> tuple[int, float]:
-    """Number of colours estimated from residuals, and the rise of ln L over the shared one."""
-    shared, found = (colours_of(parts, order, may_differ=may_differ) for may_differ in (False, True))
-    rise = float(found.log_likelihoods[0] - shared.log_likelihoods[0])
-    return len({colour.weights.tobytes() for colour in found.colours}), rise
+def number_of_colours(parts: list[Array], order: int) -> int:
+    """Of residuals whose records may share one."""
+    return len({colour.weights.tobytes() for colour in colours_of(parts, order, may_differ=True).colours})
+
+
+def highest_likelihood(parts: list[Array], order: int) -> float:
+    """Ln L of residuals at their likeliest shared colour."""
+    bounds, sizes = np.cumsum([0, *(part.size for part in parts)]), np.array([float(np.std(part)) for part in parts])
+    return likeliest_colour(np.concatenate(parts), bounds, sizes, np.full(len(parts), 1e-12), order, 0.999)[-1]
 
 
 def test_records_of_equal_colour_and_different_size_share_it() -> None:
@@ -166,15 +170,15 @@ def test_records_of_equal_colour_and_different_size_share_it() -> None:
     for seed in range(60):
         generator = np.random.default_rng([31, seed])
         parts = [s * lfilter([1.0], [1.0, -0.6], generator.standard_normal(400)) for s in (1.0, 7.0)]
-        alone += own_or_shared_colours(parts, 4)[0] - 1
+        alone += number_of_colours(parts, 4) - 1
     assert alone == 0
 
 
 def test_records_of_different_colours_have_their_own() -> None:
     generator = np.random.default_rng(32)
     parts = [lfilter([1.0], [1.0, -pole], generator.standard_normal(300)) for pole in (0.9, -0.3)]
-    number, rise = own_or_shared_colours(parts, 1)
-    assert number == 2
+    assert number_of_colours(parts, 1) == 2
+    rise = sum(highest_likelihood([part], 1) for part in parts) - highest_likelihood(parts, 1)
     # The same from dense covariance matrices: each record's maximum-likelihood pole alone, against one for both.
 
     def dense(pole: float, part: Array) -> float:

@@ -52,14 +52,11 @@ class Coloured:
         Of the innovations.
     white : ndarray, shape (R,)
         Innovations.
-    log_likelihoods : ndarray, shape (G,)
-        Ln L of each group up to a constant.
     """
 
     colours: tuple[Colour, ...]
     sizes: Array
     white: Array
-    log_likelihoods: Array
 
 
 def coloured(residuals: Array, bounds: NDArray[np.int64], floors: Array, groups: ColourGroups, order: int) -> Coloured:
@@ -74,21 +71,20 @@ def coloured(residuals: Array, bounds: NDArray[np.int64], floors: Array, groups:
     order : int
         Of the autoregressions; less where records are short.
     """
-    found = _coloured(residuals, bounds, floors, groups, order)
-    weights, starts, orders, sizes, white, log_likelihoods = found
+    weights, starts, orders, sizes, white = _coloured(residuals, bounds, floors, groups, order)
     colours = tuple(Colour(weights[s, : n + 1], starts[s, :n, :n]) for s, n in enumerate(orders.tolist()))
-    return Coloured(colours, sizes, white, log_likelihoods)
+    return Coloured(colours, sizes, white)
 
 
 @njit
 def _coloured(
     residuals: Array, bounds: NDArray[np.int64], floors: Array, groups: ColourGroups, order: int
-) -> tuple[Array, Array, NDArray[np.int64], Array, Array, Array]:
-    """As `coloured`: weights (S, p + 1) and starts (S, p, p) of the colours, their orders, sizes, innovations, ln L."""
+) -> tuple[Array, Array, NDArray[np.int64], Array, Array]:
+    """As `coloured`: weights (S, p + 1) and starts (S, p, p) of the colours, their orders, sizes, innovations."""
     segments = floors.shape[0]
     weights, starts = np.zeros((segments, order + 1)), np.zeros((segments, order, order))
     orders, sizes = np.zeros(segments, dtype=np.int64), np.zeros(segments)
-    white, log_likelihoods = np.empty(residuals.shape[0]), np.zeros(groups.longest.shape[0])
+    white = np.empty(residuals.shape[0])
     for g in range(groups.longest.shape[0]):
         members = groups.members[groups.first[g] : groups.first[g + 1]]
         count, limit = members.shape[0], min(np.exp(-1.0 / groups.longest[g]), 0.999)
@@ -106,9 +102,7 @@ def _coloured(
                 values, edges, members, bounds, divisors, least, limit, weights, starts, orders, sizes, white
             )
         shared, start, innovations, found, likelihood = likeliest_colour(values, edges, divisors, least, order, limit)
-        log_likelihoods[g] = likelihood
         if own.size and np.sum(own) - 0.5 * order * (count - 1) * np.log(edges[count]) > likelihood:
-            log_likelihoods[g] = np.sum(own)
             continue
         for m in range(count):
             s, reached = members[m], shared.shape[0] - 1
@@ -117,7 +111,7 @@ def _coloured(
             copy_rows(starts[s], start)
             orders[s], sizes[s] = reached, found[m]
             copy_row(white[bounds[s] : bounds[s + 1]], innovations[edges[m] : edges[m + 1]])
-    return weights, starts, orders, sizes, white, log_likelihoods
+    return weights, starts, orders, sizes, white
 
 
 @njit
