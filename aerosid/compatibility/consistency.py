@@ -15,7 +15,7 @@ from aerosid.compatibility.agreement import Agreement, KinematicConsistency
 from aerosid.compatibility.contradiction import contradictions
 from aerosid.compatibility.flight_path import GIVEN, OBSERVED
 from aerosid.compatibility.instrument_agreement import agreement_of
-from aerosid.compatibility.recording import Recording, missing_channels, read_recording
+from aerosid.compatibility.recording import STRETCHES, Recording, missing_channels, read_recording
 from aerosid.compatibility.settings import USUAL
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
@@ -113,13 +113,13 @@ def _outputs(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
 
 def _recordings(logs: Sequence[FlightLog]) -> tuple[list[Recording], tuple[str, ...]]:
     """The logs as arrays, and notes on excluded ones."""
-    read = [(log, read_recording(log, USUAL.stretches)) for log in logs]
+    read = [(log, read_recording(log)) for log in logs]
     recordings = [recording for _, recording in read if recording is not None]
     notes = tuple(_exclusion_note(log) for log, recording in read if recording is None)
     notes += tuple(
         f"{r.log.name}: only the {r.compared_samples} of {r.log.samples} samples with most pitching are compared."
         for r in recordings
-        if r.log.samples > USUAL.stretches.most_samples
+        if r.log.samples > STRETCHES.most_samples
     )
     return recordings, notes
 
@@ -134,6 +134,6 @@ def _contradictory(recordings: Sequence[Recording], notes: tuple[str, ...]) -> K
 
 
 def _exclusion_note(log: FlightLog) -> str:
-    absent = missing_channels(log, USUAL.stretches)
+    absent = missing_channels(log)
     why = f"it lacks {', '.join(absent)}" if absent else "no stretch of 3 s is without gaps"
     return f"{log.name}: its instruments cannot be compared by kinematics, {why}."

@@ -117,18 +117,18 @@ class Recording:
         return self.measured[:, OBSERVED.index(name)] if name in OBSERVED else self.inputs[:, GIVEN.index(name)]
 
 
-def missing_channels(log: FlightLog, settings: StretchSettings = STRETCHES) -> tuple[str, ...]:
+def missing_channels(log: FlightLog) -> tuple[str, ...]:
     """The required channels that the log lacks."""
-    return tuple(name for name in NEEDED if not _is_present(log, name, settings))
+    return tuple(name for name in NEEDED if not _is_present(log, name))
 
 
-def _is_present(log: FlightLog, name: str, settings: StretchSettings) -> bool:
-    return name in log and int(np.isfinite(log[name]).sum()) >= settings.fewest
+def _is_present(log: FlightLog, name: str) -> bool:
+    return name in log and int(np.isfinite(log[name]).sum()) >= STRETCHES.fewest
 
 
-def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Recording | None:
+def read_recording(log: FlightLog) -> Recording | None:
     """The log as arrays; None where a required channel is absent or there is no stretch without gaps."""
-    if missing_channels(log, settings):
+    if missing_channels(log):
         return None
     time = np.array(log.time)
     inputs = np.zeros((time.size, len(GIVEN)))
@@ -137,9 +137,9 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
             inputs[:, j] = log[name]
     measured = np.full((time.size, len(OBSERVED)), np.nan)
     for i, name in enumerate(OBSERVED):
-        if _is_present(log, name, settings) and (name in NEEDED or not is_constant(log, name)):
+        if _is_present(log, name) and (name in NEEDED or not is_constant(log, name)):
             measured[:, i] = log[name]
-    stretches = _whole_stretches(time, inputs, measured, settings)
+    stretches = _whole_stretches(time, inputs, measured)
     if not stretches:
         return None
     for j in range(inputs.shape[1]):
@@ -149,21 +149,21 @@ def read_recording(log: FlightLog, settings: StretchSettings = STRETCHES) -> Rec
     compared = np.zeros(measured.shape, dtype=bool)
     for stretch in stretches:
         inside = time[stretch]
-        margin = min(settings.margin, settings.margin_share * float(inside[-1] - inside[0]))
+        margin = min(STRETCHES.margin, STRETCHES.margin_share * float(inside[-1] - inside[0]))
         used = (inside >= inside[0] + margin) & (inside <= inside[-1] - margin)
         compared[stretch] = np.isfinite(measured[stretch]) & used[:, None]
     names = dict.fromkeys((*NEEDED, *OBSERVED))
     noise = {name: channel_noise(log, name).deviation for name in names if name in log}
-    return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)), settings)
+    return compacted(Recording(log, time, inputs, measured, stretches, compared, noise, dict(log.positions)))
 
 
-def compacted(recording: Recording, settings: StretchSettings = STRETCHES) -> Recording:
+def compacted(recording: Recording) -> Recording:
     """The recording without the samples that are far from every stretch; the time of the others is unchanged."""
     time = recording.time
     retained = np.zeros(time.size, dtype=bool)
     for stretch in recording.stretches:
-        first = np.searchsorted(time, time[stretch.start] - settings.padding)
-        retained[first : np.searchsorted(time, time[stretch.stop - 1] + settings.padding, side="right")] = True
+        first = np.searchsorted(time, time[stretch.start] - STRETCHES.padding)
+        retained[first : np.searchsorted(time, time[stretch.stop - 1] + STRETCHES.padding, side="right")] = True
     if retained.all():
         return recording
     place = np.cumsum(retained) - 1
@@ -178,10 +178,10 @@ def compacted(recording: Recording, settings: StretchSettings = STRETCHES) -> Re
     )
 
 
-def shows_motion(recording: Recording, piece: slice, settings: StretchSettings = STRETCHES) -> bool:
+def shows_motion(recording: Recording, piece: slice) -> bool:
     """Whether a piece has enough samples of airspeed and angle of attack for its path to be compared."""
     seen = (recording.channel(name)[piece] for name in ("V", "alpha"))
-    return all(int(np.isfinite(values).sum()) >= settings.fewest_seen for values in seen)
+    return all(int(np.isfinite(values).sum()) >= STRETCHES.fewest_seen for values in seen)
 
 
 def most_excited(inputs: Array, pieces: Sequence[slice]) -> list[slice]:
@@ -190,27 +190,27 @@ def most_excited(inputs: Array, pieces: Sequence[slice]) -> list[slice]:
     return sorted(pieces, key=lambda piece: -float(np.std(q[piece])))
 
 
-def _whole_stretches(time: Array, inputs: Array, measured: Array, settings: StretchSettings) -> tuple[slice, ...]:
+def _whole_stretches(time: Array, inputs: Array, measured: Array) -> tuple[slice, ...]:
     """Runs without gaps in the inputs, in pieces of equal length of at most the longest; those with most pitching."""
     interval = float(np.median(np.diff(time)))
     present = np.flatnonzero(np.isfinite(inputs).all(axis=1))
     if present.size < 2:
         return ()
-    breaks = np.flatnonzero(np.diff(time[present]) > settings.gap * interval) + 1
+    breaks = np.flatnonzero(np.diff(time[present]) > STRETCHES.gap * interval) + 1
     seen = np.isfinite(measured[:, [OBSERVED.index("V"), OBSERVED.index("alpha")]])
     pieces: list[slice] = []
     for run in np.split(present, breaks):
         length = float(time[run[-1]] - time[run[0]])
-        count = max(1, int(np.ceil(length / settings.longest - 1e-9)))
+        count = max(1, int(np.ceil(length / STRETCHES.longest - 1e-9)))
         for part in np.array_split(run, count):
             piece = slice(int(part[0]), int(part[-1]) + 1)
-            long_enough = float(time[part[-1]] - time[part[0]]) >= settings.shortest and part.size >= settings.fewest
-            if long_enough and seen[piece].sum(axis=0).min() >= settings.fewest_seen:
+            long_enough = float(time[part[-1]] - time[part[0]]) >= STRETCHES.shortest and part.size >= STRETCHES.fewest
+            if long_enough and seen[piece].sum(axis=0).min() >= STRETCHES.fewest_seen:
                 pieces.append(piece)
     total = 0
     used: list[slice] = []
     for piece in most_excited(inputs, pieces):
-        if total == 0 or total + piece.stop - piece.start <= settings.most_samples:
+        if total == 0 or total + piece.stop - piece.start <= STRETCHES.most_samples:
             used.append(piece)
             total += piece.stop - piece.start
     return tuple(sorted(used, key=lambda piece: piece.start))
@@ -233,6 +233,6 @@ def _first_state(recording: Recording, stretch: slice) -> Array:
     return np.array([motion.get(name, h if np.isfinite(h) else 0.0) for name in STATES])
 
 
-def _first_mean(values: Array, settings: StretchSettings = STRETCHES) -> float:
+def _first_mean(values: Array) -> float:
     present = values[np.isfinite(values)]
-    return float(present[: settings.first].mean()) if present.size else float("nan")
+    return float(present[: STRETCHES.first].mean()) if present.size else float("nan")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aerosid.compatibility.recording import StretchSettings
-
 
 @dataclass(frozen=True)
 class ContradictionSettings:
@@ -122,8 +120,6 @@ class CompatibilitySettings:
     shortest : float
         s; a shorter stretch is left out of the equations where there is a longer one: at 0.8 Hz, their lowest band, it
         has 13 samples, four of them at its ends. Chosen.
-    stretches : StretchSettings
-        Division of a log into stretches.
     contradiction : ContradictionSettings
         Limits of a contradiction.
     """
@@ -134,7 +130,6 @@ class CompatibilitySettings:
     gusts_last: float = 0.5
     longest_scale: float = 533.0
     shortest: float = 8.0
-    stretches: StretchSettings = field(default_factory=StretchSettings)
     contradiction: ContradictionSettings = field(default_factory=ContradictionSettings)
 
 

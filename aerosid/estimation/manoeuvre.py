@@ -253,9 +253,9 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
     return state_vector(axes, motion)
 
 
-def _first_mean(values: NDArray[np.float64], count: int = PREPARATION.first) -> float:
+def _first_mean(values: NDArray[np.float64]) -> float:
     present = values[np.isfinite(values)]
-    return float(present[:count].mean()) if present.size else float("nan")
+    return float(present[: PREPARATION.first].mean()) if present.size else float("nan")
 
 
 def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> NDArray[np.float64]:

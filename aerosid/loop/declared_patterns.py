@@ -71,7 +71,7 @@ class PatternSettings:
     contradicted: float = 5.0
 
 
-USUAL = PatternSettings()
+PATTERNS = PatternSettings()
 
 _CAUSES = {
     "C_Z": "mass, wing area or air density",
@@ -89,7 +89,6 @@ def notes_on_patterns(
     errors: Sequence[ErrorRow],
     aircraft: Aircraft | None,
     inertia: DeclaredInertiaSettings,
-    settings: PatternSettings = USUAL,
 ) -> tuple[str, ...]:
     """One sentence for each pattern, whatever the verdict.
 
@@ -105,15 +104,15 @@ def notes_on_patterns(
         From when derivatives of roll and yaw are a wrong product of inertia.
     """
     tested = [row for row in rows if _known(row)]
-    misread = _misread_airspeed(tested, settings)
-    common = [] if misread else _common_factors(tested, settings)
+    misread = _misread_airspeed(tested)
+    common = [] if misread else _common_factors(tested)
     shared = {coefficient for coefficient, _ in common}
     lagged = {row.coefficient for row in rows if "alpha_dot_hat" in row.term}
-    turned = _reversed_controls(tested, settings)
+    turned = _reversed_controls(tested)
     shows_lift = any(row.channel == "a_z" for row in errors)
 
     def elsewhere(row: DerivativeRow) -> str:
-        if aircraft is None or not shows_lift or not _is_reversed(row, settings):
+        if aircraft is None or not shows_lift or not _is_reversed(row):
             return ""
         return _accelerometer_of(row, tested, aircraft)
 
@@ -122,9 +121,9 @@ def notes_on_patterns(
     sigmas = {} if aircraft is None else {(d.coefficient, str(d.term)): d.sigma for d in aircraft.derivatives}
 
     def sentence_on(row: DerivativeRow) -> str | None:
-        pattern = _single(row, row.coefficient in shared | lagged, settings)
+        pattern = _single(row, row.coefficient in shared | lagged)
         if pattern is None and row.coefficient not in shared:
-            return _contradiction(row, sigmas.get((row.coefficient, row.term)), settings)
+            return _contradiction(row, sigmas.get((row.coefficient, row.term)))
         return pattern
 
     single = [
@@ -139,7 +138,7 @@ def notes_on_patterns(
         *turned.values(),
         *coupled,
         *single,
-        *_worse(errors, settings),
+        *_worse(errors),
     )
 
 
@@ -168,20 +167,20 @@ def _ratio(row: DerivativeRow) -> tuple[float, float]:
     return row.value / declared, (row.std_error or 0.0) / abs(declared)
 
 
-def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) -> list[tuple[str, str]]:
+def _common_factors(rows: Sequence[DerivativeRow]) -> list[tuple[str, str]]:
     """Coefficients all of whose derivatives are off by one factor, with the sentence."""
     found = []
     for coefficient, causes in _CAUSES.items():
         ratios = np.array([_ratio(row) for row in rows if row.coefficient == coefficient and row.term != "1"])
-        if len(ratios) < settings.fewest:
+        if len(ratios) < PATTERNS.fewest:
             continue
         values, deviations = ratios.T
         weights = 1.0 / np.maximum(deviations, 0.02 * np.abs(values)) ** 2
         factor = float(np.sum(weights * values) / np.sum(weights))
         spread = np.abs(values - factor)
-        alike = np.all(spread <= np.maximum(settings.deviations * deviations, settings.apart * abs(factor)))
-        certain = abs(factor - 1.0) > settings.deviations / math.sqrt(float(np.sum(weights)))
-        if factor > 0.0 and alike and certain and abs(math.log(factor)) > math.log(1.0 + settings.common):
+        alike = np.all(spread <= np.maximum(PATTERNS.deviations * deviations, PATTERNS.apart * abs(factor)))
+        certain = abs(factor - 1.0) > PATTERNS.deviations / math.sqrt(float(np.sum(weights)))
+        if factor > 0.0 and alike and certain and abs(math.log(factor)) > math.log(1.0 + PATTERNS.common):
             sentence = (
                 f"All derivatives of {coefficient} are {number(factor)} times the declared values "
                 f"({number(values.min())} to {number(values.max())}): "
@@ -191,16 +190,16 @@ def _common_factors(rows: Sequence[DerivativeRow], settings: PatternSettings) ->
     return found
 
 
-def _misread_airspeed(rows: Sequence[DerivativeRow], settings: PatternSettings) -> tuple[str, ...]:
+def _misread_airspeed(rows: Sequence[DerivativeRow]) -> tuple[str, ...]:
     """Sentence on an airspeed in another unit, which divides all static derivatives by the square of its ratio.
 
     Dynamic pressure alone does that to forces and moments alike; q c/(2 V) and V_hat contain the airspeed once more.
     """
     static = [row for row in rows if row.term in ("alpha", "beta") or row.term.startswith("delta_")]
     ratios = [(row.coefficient, *_ratio(row)) for row in static]
-    certain = [(name, factor) for name, factor, error in ratios if error < settings.sharp * abs(factor)]
+    certain = [(name, factor) for name, factor, error in ratios if error < PATTERNS.sharp * abs(factor)]
     names = list(dict.fromkeys(name for name, _ in certain))
-    if len(certain) < settings.fewest or len(names) < 2 or any(factor <= 0.0 for _, factor in certain):
+    if len(certain) < PATTERNS.fewest or len(names) < 2 or any(factor <= 0.0 for _, factor in certain):
         return ()
     factors = np.array([factor for _, factor in certain])
     # Knots and miles an hour are 15 % apart, as are their squares by 32 %: the nearer one is named.
@@ -209,7 +208,7 @@ def _misread_airspeed(rows: Sequence[DerivativeRow], settings: PatternSettings) 
     meant |= {f"m/s read as {unit}": size**-2 for unit, size in others}
     distance = {name: float(np.max(np.abs(np.log(factors / size)))) for name, size in meant.items()}
     nearest = min(distance, key=distance.__getitem__)
-    if distance[nearest] > math.log(1.0 + settings.near):
+    if distance[nearest] > math.log(1.0 + PATTERNS.near):
         return ()
     sentence = (
         f"The static derivatives of {listed(names)} are {number(factors.min())} to {number(factors.max())} times the "
@@ -219,12 +218,12 @@ def _misread_airspeed(rows: Sequence[DerivativeRow], settings: PatternSettings) 
     return (sentence,)
 
 
-def _reversed_controls(rows: Sequence[DerivativeRow], settings: PatternSettings) -> dict[str, str]:
+def _reversed_controls(rows: Sequence[DerivativeRow]) -> dict[str, str]:
     """Controls all of whose certain derivatives, in several coefficients, have the other sign, with the sentence."""
     found = {}
     for term in dict.fromkeys(row.term for row in rows if row.term.startswith("delta_")):
         ratios = [(row.coefficient, *_ratio(row)) for row in rows if row.term == term]
-        certain = [(name, factor) for name, factor, error in ratios if abs(factor) > settings.deviations * error]
+        certain = [(name, factor) for name, factor, error in ratios if abs(factor) > PATTERNS.deviations * error]
         if len(certain) > 1 and all(factor < 0.0 for _, factor in certain):
             names = " and ".join(name for name, _ in certain)
             found[term] = (
@@ -234,7 +233,7 @@ def _reversed_controls(rows: Sequence[DerivativeRow], settings: PatternSettings)
     return found
 
 
-def _single(row: DerivativeRow, rate_reported: bool, settings: PatternSettings) -> str | None:
+def _single(row: DerivativeRow, rate_reported: bool) -> str | None:
     """Sentence on an unusual ratio of one derivative to its declared value.
 
     `rate_reported`: that of q_hat is off with all of its coefficient, or shares its part with a derivative of
@@ -242,34 +241,34 @@ def _single(row: DerivativeRow, rate_reported: bool, settings: PatternSettings) 
     """
     factor, deviation = _ratio(row)
     name = f"{row.coefficient} {row.term}"
-    if row.term == "1" or abs(factor) <= settings.deviations * deviation:
+    if row.term == "1" or abs(factor) <= PATTERNS.deviations * deviation:
         return None
-    if _is_reversed(row, settings):
+    if _is_reversed(row):
         return (
             f"{name} has the opposite sign to the declared value ({number(row.value)} against {number(row.declared)}): "
             "check the sign conventions of the aircraft file and of the recorder."
         )
     per_degree = math.degrees(1.0)
     for unit, meant in ((per_degree, "per degree"), (1.0 / per_degree, "per radian where the log is in degrees")):
-        if abs(math.log(factor / unit)) < math.log(1.0 + settings.near):
+        if abs(math.log(factor / unit)) < math.log(1.0 + PATTERNS.near):
             return f"{name} is {number(factor)} times the declared value: is it declared {meant}?"
     if "q_hat" in row.term and not rate_reported:
         for unit, check in ((2.0, "is it declared per q c/V"), (0.5, "was it converted from q c/V twice")):
-            near = abs(factor - unit) <= max(settings.deviations * deviation, settings.near_half * unit)
-            sharp = deviation <= settings.sharp * unit
-            if near and sharp and abs(factor - 1.0) > settings.deviations * deviation:
+            near = abs(factor - unit) <= max(PATTERNS.deviations * deviation, PATTERNS.near_half * unit)
+            sharp = deviation <= PATTERNS.sharp * unit
+            if near and sharp and abs(factor - 1.0) > PATTERNS.deviations * deviation:
                 return f"{name} is {number(factor)} times the declared value: {check}? q_hat is q c/(2 U0)."
-    if not 1.0 / settings.many < factor < settings.many:
+    if not 1.0 / PATTERNS.many < factor < PATTERNS.many:
         return f"{name} is {number(factor)} times the declared value: check its unit and decimal point."
     return None
 
 
-def _contradiction(row: DerivativeRow, sigma: float | None, settings: PatternSettings) -> str | None:
+def _contradiction(row: DerivativeRow, sigma: float | None) -> str | None:
     """Sentence on a derivative that lies many of its a-priori standard deviations, `sigma`, from its declared value."""
     if row.term == "1" or sigma is None or row.declared is None or row.std_error is None:
         return None
     distance = abs(row.value - row.declared) / math.hypot(sigma, row.std_error)
-    if distance < settings.contradicted:
+    if distance < PATTERNS.contradicted:
         return None
     return (
         f"{row.coefficient} {row.term} of {with_deviation(row.value, row.std_error)} contradicts its declared value "
@@ -278,10 +277,10 @@ def _contradiction(row: DerivativeRow, sigma: float | None, settings: PatternSet
     )
 
 
-def _is_reversed(row: DerivativeRow, settings: PatternSettings) -> bool:
+def _is_reversed(row: DerivativeRow) -> bool:
     """Whether an estimate certainly has the other sign than the declared value."""
     factor, deviation = _ratio(row)
-    return row.term != "1" and factor < -settings.deviations * deviation
+    return row.term != "1" and factor < -PATTERNS.deviations * deviation
 
 
 def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraft: Aircraft) -> str:
@@ -310,7 +309,7 @@ def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraf
     )
 
 
-def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
+def _worse(errors: Sequence[ErrorRow]) -> list[str]:
     """Fitted logs that the completed model fits worse than the declared structure re-estimated."""
     sentences = []
     for log in dict.fromkeys(row.log for row in errors if row.role == "identification"):
@@ -318,7 +317,7 @@ def _worse(errors: Sequence[ErrorRow], settings: PatternSettings) -> list[str]:
         if not rows:
             continue
         ratio = float(np.exp(np.mean([math.log(max(row.after or 0.0, 1e-300) / (row.before or 1.0)) for row in rows])))
-        if ratio > settings.worse:
+        if ratio > PATTERNS.worse:
             most = max(rows, key=lambda row: (row.after or 0.0) / (row.before or 1.0))
             sentences.append(
                 f"The completed model fits its own identification data on {log} worse than the declared structure "
