@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from aerosid.flight_model.aerodynamics import Entry
-from aerosid.loop.model_validation.leave_one_out import Gains, identity
+from aerosid.loop.model_validation.leave_one_out import Gains
 from aerosid.loop.quantity import Parameter
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding
+from aerosid.search.findings import Finding, identity
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,9 @@ from aerosid.effects.step_input import instant_if_step, is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
 
+Identity = tuple[str, str, str, float | None, str]
+"""Kind, place and term; of a step change also its instant, s, and log: several of one place differ in these."""
+
 
 @dataclass(frozen=True)
 class Part:
@@ -151,6 +154,12 @@ def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") ->
         instead_of=instead_of,
         parameters=part.parameters,
     )
+
+
+def identity(row: Finding | Part) -> Identity:
+    """The key that identifies a part among those of its structure, and a finding with its part."""
+    kind, where, term = row.label if isinstance(row, Part) else (row.kind, row.where, row.term)
+    return kind, where, term, row.time, row.log
 
 
 def log_of_step(active: ActiveEffect | None) -> str:

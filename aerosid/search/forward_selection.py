@@ -11,6 +11,7 @@ from aerosid.estimation.fit_settings import BACKGROUND
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.score_test import Score
 from aerosid.search.backward_elimination import eliminate_insignificant
+from aerosid.search.findings import Identity, Part, identity
 from aerosid.search.noise_filtering import explains_beyond_noise_averaging
 from aerosid.search.restarts import restart_candidates, restarts_from_declared_values
 from aerosid.search.structure_search import StructureSearch
@@ -57,13 +58,19 @@ def reduced_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Ite
 
 def is_new_structure(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:
     """Whether a trial has other parts than the present estimate, at a lower penalised cost."""
-    labels = {(part.label, part.time and round(part.time, 1)) for part in search.parts(current, None)}
-    new_labels = {(part.label, part.time and round(part.time, 1)) for part in search.parts(trial, None)}
     return (
-        new_labels != labels
+        _at_about(search.parts(trial, None)) != _at_about(search.parts(current, None))
         and search.penalised_cost(trial) < search.penalised_cost(current)
         and explains_beyond_noise_averaging(search, trial, current)
     )
+
+
+def _at_about(parts: Sequence[Part]) -> set[Identity]:
+    """What identifies some parts, a step change to a tenth of a second: it hardly moves in another fit."""
+    return {
+        (kind, where, term, None if time is None else round(time, 1), log)
+        for kind, where, term, time, log in map(identity, parts)
+    }
 
 
 def with_disturbance_statistics(search: StructureSearch, current: Refinement) -> Refinement:

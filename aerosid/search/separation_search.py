@@ -12,7 +12,7 @@ from aerosid.estimation.competing_fits import fit_competing_structures
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.search.backward_elimination import eliminate_insignificant
-from aerosid.search.findings import Finding, Part
+from aerosid.search.findings import Finding, Part, identity
 from aerosid.search.forward_selection import forward_selection
 from aerosid.search.replacement import replace_parts
 from aerosid.search.structure_search import StructureSearch
@@ -78,11 +78,11 @@ def _likeliest_with_separation(search: StructureSearch, base_estimates: Sequence
 def most_certain_step_change(search: StructureSearch, found: Refinement) -> list[Part]:
     """The parts of the most significant of several step changes; empty where there are not several."""
     uncertainty = search.quick_deviations(found)
-    ratios = {(part.label, part.time): part.ratio for part in search.parts(found, uncertainty)}
+    ratios = {identity(part): part.ratio for part in search.parts(found, uncertainty)}
     step_changes = [group for group in search.groups(found) if group[0].time is not None]
     if len(step_changes) < 2:
         return []
-    return max(step_changes, key=lambda group: max(ratios[part.label, part.time] for part in group))
+    return max(step_changes, key=lambda group: max(ratios[identity(part)] for part in group))
 
 
 def may_imitate_separation(search: StructureSearch, current: Refinement) -> bool:

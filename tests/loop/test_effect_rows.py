@@ -10,10 +10,9 @@ from problems import entry
 from problems_report import closed_loop
 
 from aerosid.loop.effect_rows import Evidence, effect_row, improves_prediction
-from aerosid.loop.model_validation.leave_one_out import identity
 from aerosid.reporting.result_json import result_file, result_text
 from aerosid.reporting.words import UNCONFIRMED, effect_sentence
-from aerosid.search.findings import Finding
+from aerosid.search.findings import Finding, identity
 
 TERM = Finding("aero_term", "C_m", "alpha^2", entry("C_m", "alpha^2"), -1.7, 0.1, "1", None, 1e-9, 40.0)
 JUMP = replace(TERM, kind="step_change", term="", entry=None, time=6.0)

@@ -13,21 +13,15 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.estimation.open_loop import on_log, respond
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, Part
+from aerosid.search.findings import Identity, Part, identity
 from aerosid.search.structure_search import StructureSearch
 
-Gains = Mapping[tuple[str, str, str, float | None, str], float | None]
+Gains = Mapping[Identity, float | None]
 
 _Errors = Mapping[tuple[int, str], float | None]
 
 WORTH_A_COPY = 0.1
 """Numerical: seconds of work from which a copy of the process is worth its start."""
-
-
-def identity(row: Finding | Part) -> tuple[str, str, str, float | None, str]:
-    """Kind, place, term, time and log: the key that identifies a finding with its part."""
-    kind, where, term = row.label if isinstance(row, Part) else (row.kind, row.where, row.term)
-    return kind, where, term, row.time, row.log
 
 
 def prediction_gains(found: Attribution, search: StructureSearch, *unseen: Sequence[Manoeuvre]) -> tuple[Gains, ...]:

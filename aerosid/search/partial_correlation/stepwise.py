@@ -23,7 +23,7 @@ from aerosid.estimation.score_test import Score
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.flight_sweeps.sweeps import FlightSweeps, is_seen
 from aerosid.model_error.flight_sweeps.swept_model import Sweep, SweptModel
-from aerosid.search.findings import Finding, Part, finding_among, named
+from aerosid.search.findings import Finding, Part, finding_among, identity, named
 from aerosid.search.partial_correlation.parts import apparent_mass, is_at_a_limit, parts_of, wald_p_value
 from aerosid.search.partial_correlation.screening import SENSOR_EFFECTS, chords_of, screen, undisturbed_p_value
 from aerosid.search.partial_correlation.settings import ModelErrorSearchSettings
@@ -333,8 +333,8 @@ class _Search:
         return finding_among(new[0], self.tested, current.cost - other.sweep.cost, named(chosen.hypothesis.label))
 
     def _new_parts(self, current: Sweep, trial: Sweep) -> list[Part]:
-        held = {(part.label, part.time) for part in self.parts(current)}
-        return [part for part in self.parts(trial) if (part.label, part.time) not in held and part.ratio > 0.0]
+        held = set(map(identity, self.parts(current)))
+        return [part for part in self.parts(trial) if identity(part) not in held and part.ratio > 0.0]
 
     def _start_with(self, current: Sweep, score: Score) -> SweptModel:
         """Start of the fit with one more candidate."""
