@@ -69,17 +69,13 @@ class PredictionResidual:
     def noise_along(self, direction: Array) -> float:
         """Variance d' T d of the record's noise along a direction (n,).
 
-        T by the autocovariance (Newey & West, 1987) of what is left of the residual beside all errors of the
+        T by the autocovariance of what is left of the residual beside all errors of the
         parameters: it must not count those once more.
         """
         values, _, rank, _ = np.linalg.lstsq(self.slopes, self.residual, rcond=None)
         noise = self.residual - self.slopes @ values
-        samples = noise.size
-        total = float(noise @ noise) * float(direction @ direction)
-        for lag in range(1, min(LAGS, samples - 1) + 1):
-            product = float(noise[lag:] @ noise[:-lag]) * float(direction[lag:] @ direction[:-lag])
-            total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * product
-        return total / max(samples - int(rank) - 1, 1)
+        products = [a * b for a, b in zip(_lagged_products(noise), _lagged_products(direction), strict=True)]
+        return _tapered_sum(products) / max(noise.size - int(rank) - 1, 1)
 
 
 PredictionResiduals = Mapping[tuple[int, str], PredictionResidual]
@@ -245,9 +241,19 @@ def is_unconfirmed(before: PredictionResiduals, after: PredictionResiduals, coef
 
 
 def _deviation_of_mean(values: Array) -> float:
-    """Standard error of the mean of a coloured series (Newey & West, 1987)."""
-    centred = values - values.mean()
-    total = float(centred @ centred)
-    for lag in range(1, min(LAGS, values.size - 1) + 1):
-        total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * float(centred[lag:] @ centred[:-lag])
+    """Standard error of the mean of a coloured series."""
+    total = _tapered_sum(_lagged_products(values - values.mean()))
     return float(np.sqrt(max(total, 0.0))) / values.size
+
+
+def _lagged_products(values: Array) -> list[float]:
+    """Sums of the products of a series with itself at lags from zero to `LAGS`, as far as it is long."""
+    return [float(values[lag:] @ values[: values.size - lag]) for lag in range(min(LAGS, values.size - 1) + 1)]
+
+
+def _tapered_sum(products: Sequence[float]) -> float:
+    """Sum of products at lags from zero, of both signs, that fall to zero beyond `LAGS` (Newey & West, 1987)."""
+    total = products[0]
+    for lag, product in enumerate(products[1:], start=1):
+        total += 2.0 * (1.0 - lag / (LAGS + 1.0)) * product
+    return total
