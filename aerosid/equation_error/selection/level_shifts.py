@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.step_input import instant_of, is_step_change, rise_of
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.penalties import SelectionCriterion
-from aerosid.equation_error.selection.starting_values import step_change_hypotheses
+from aerosid.equation_error.selection.starting_values import as_hypothesis, step_change_hypotheses
 from aerosid.equation_error.selection.stepwise import forward_selection
 from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -87,10 +87,7 @@ def as_hypotheses(found: Estimate) -> list[Hypothesis]:
     shifts = shifts_of(found)
     for n, shift in enumerate(shifts):
         repetition = sum((each.name, each.log) == (shift.name, shift.log) for each in shifts[:n])
-        slow = rise_of(shift) > intervals[shift.log]
-        time = instant_of(shift) if slow else None
-        where = shift.effect.kind, shift.effect.where
-        hypotheses.append(Hypothesis(*where, effects=(shift,), time=time, repetition=repetition))
+        hypotheses.append(as_hypothesis(shift, intervals[shift.log], repetition))
     return hypotheses
 
 

@@ -77,7 +77,7 @@ def step_change_hypotheses(
                 and not any(abs(moment - instant) <= rise == of_known for instant, of_known in known)
             ]
             found.extend(
-                _at(effect, moment, recording.name, base.point, slow=rise > recording.interval)
+                _at(effect, moment, recording, base.point)
                 for moment, rise in (*scored, *dict.fromkeys(known))
                 for effect in _step_changes(coefficient, recording, moment, rise)
                 if not any(_is_same_event(effect, moment, rise, each) for each in steps)
@@ -123,24 +123,30 @@ def step_changes_in_place_of(reduced: Estimate, removed: Hypothesis, coefficient
     recording = next(each for each in problem.recordings if each.name == active.log)
     steps = [active, *step_changes_on(reduced.point.effects, active.log)]
     return [
-        _at(effect, moment, active.log, reduced.point, slow=removed.time is not None)
+        _at(effect, moment, recording, reduced.point)
         for coefficient in coefficients
         for effect in _step_changes(coefficient, recording, moment, rise)
         if not any(_is_same_event(effect, moment, rise, each) for each in steps)
     ]
 
 
-def _at(effect: InputEffect, moment: float, log: str, point: Point, *, slow: bool) -> Hypothesis:
-    """A step change as a hypothesis, with the first ordinal that no other of its kind and place has.
-
-    The rise time of a slow one is estimated too, which `time` counts.
-    """
+def _at(effect: InputEffect, moment: float, recording: Recording, point: Point) -> Hypothesis:
+    """A step change as a hypothesis, with the first ordinal that no other of its kind and place has."""
     name = effect.kind, effect.where
     taken = {each.ordinal for each in point.effects if each.name == name}
     numbered = replace(effect, ordinal=next(n for n in range(1, len(taken) + 2) if n not in taken))
-    active = ActiveEffect(numbered, (effect.parameters[0].null, moment), log)
-    repetition = sum(each.name == name for each in step_changes_on(point.effects, log))
-    return Hypothesis(*name, effects=(active,), time=moment if slow else None, repetition=repetition)
+    active = ActiveEffect(numbered, (effect.parameters[0].null, moment), recording.name)
+    repetition = sum(each.name == name for each in step_changes_on(point.effects, recording.name))
+    return as_hypothesis(active, recording.interval, repetition)
+
+
+def as_hypothesis(active: ActiveEffect, interval: float, repetition: int) -> Hypothesis:
+    """A step change as a hypothesis, after so many of its kind and place on its record.
+
+    The rise time of one that takes longer than a sampling `interval`, s, is estimated too, which `time` counts.
+    """
+    time = instant_of(active) if rise_of(active) > interval else None
+    return Hypothesis(*active.name, effects=(active,), time=time, repetition=repetition)
 
 
 def _likeliest_instant(base: Estimate, recording: Recording, index: int, equation: str, rise: float) -> float | None:
