@@ -273,6 +273,14 @@ def _sentence(path: str, error: ValidationError) -> str:
     return f"{path}: {said}{more}"
 
 
+_BOUNDS = {
+    "greater_than_equal": "of at least",
+    "less_than_equal": "of at most",
+    "greater_than": "greater than",
+    "less_than": "less than",
+}
+
+
 def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
     """What should have stood there, and what to do."""
     unit = f" in {UNITS[key]}" if key in UNITS else ""
@@ -280,14 +288,11 @@ def _expected(key: str, kind: str, context: Mapping[str, Any]) -> str:
         return "1, the only version that this aerosid reads; write schema = 1"
     if kind == "finite_number":
         return f"a finite number{unit}; correct it"
-    if kind in ("greater_than_equal", "less_than_equal"):
+    if kind in _BOUNDS:
         limit = next(iter(context.values()))
         if kind == "greater_than_equal" and 0.0 < limit <= 1e-6:
             return f"a positive number{unit} (at least {limit:g}); correct it"
-        return f"a number{unit} {'of at least' if kind == 'greater_than_equal' else 'of at most'} {limit:g}; correct it"
-    if kind in ("greater_than", "less_than"):
-        limit = next(iter(context.values()))
-        return f"a number{unit} {'greater' if kind == 'greater_than' else 'less'} than {limit:g}; correct it"
+        return f"a number{unit} {_BOUNDS[kind]} {limit:g}; correct it"
     if kind.startswith("float"):
         return f"a number{unit}; write it without quotes or brackets"
     if kind == "literal_error":

@@ -11,7 +11,7 @@ import numpy as np
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
-from aerosid.logs.physical_values import first_not_positive, longest_hole
+from aerosid.logs.physical_values import first_not_positive, is_constant, longest_hole
 from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
 from aerosid.logs.settings import QUALITY
 from aerosid.nomenclature import CHANNELS
@@ -238,7 +238,7 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
     known = channel_noise(log, name)
     noise = known.deviation
     # The variance of equal numbers is not always zero.
-    power = float(np.var(present)) if present.min() < present.max() else 0.0
+    power = 0.0 if is_constant(log, name) else float(np.var(present))
     variation = math.sqrt(max(power - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
