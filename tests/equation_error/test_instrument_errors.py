@@ -11,7 +11,12 @@ from equations_decided import identified
 
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.compatibility import check_kinematics
-from aerosid.effects.kinds import PositionEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import ActiveEffect, PositionEffect
+from aerosid.effects.sensor_position import sensor_place
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.instrument_errors import is_off_aircraft
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
@@ -22,6 +27,9 @@ from benchmarks.wide_detection import written
 
 ARM = 2.5
 """Position error of the vane, ahead of its declared position, m."""
+
+BEHIND = (-1.0, 0.0, 0.5)
+"""Declared position of an accelerometer, m."""
 
 
 def test_a_position_outside_the_aircraft_is_replaced_by_its_alternative() -> None:
@@ -47,6 +55,45 @@ def test_a_position_outside_the_aircraft_is_replaced_by_its_alternative() -> Non
         assert any(finding.kind == "sensor_position" for finding in agreement.findings) is placed
     places = [h for h in held.hypotheses if h.kind == "sensor_position"]
     assert all(h.effects[0].effect.parameters[0].highest <= 1.3 for h in places)
+
+
+@pytest.fixture(scope="module")
+def placed() -> Estimate:
+    """The kinematic equations of a flight whose vane is 4 m ahead and whose accelerometer is behind the centre."""
+    body = BODIES[0]
+    log = replace(flown("one", body, 7001, air=0.0, seconds=12.0), positions={"alpha": (4.0, 0.0, 0.0), "a_z": BEHIND})
+    return identified(aircraft_of(body, 0.08, np.random.default_rng(7)), [log], []).declared
+
+
+@pytest.mark.parametrize(
+    ("channel", "axes", "further", "length", "is_off"),
+    [
+        # Of 10 m length a vane is on a boom of up to 6.5 m, an accelerometer within 5 m.
+        ("alpha", "x", (2.4,), 10.0, False),
+        ("alpha", "x", (2.6,), 10.0, True),
+        ("alpha", "x", (-10.4,), 10.0, False),
+        ("alpha", "x", (-10.6,), 10.0, True),
+        ("a_z", "x", (5.9,), 10.0, False),
+        ("a_z", "x", (6.1,), 10.0, True),
+        # The distance along all axes together: hypot(4, 5) = 6.40, hypot(4, 5.2) = 6.56; hypot(6, 2.4), hypot(6, 2.6).
+        ("alpha", "z", (5.0,), 10.0, False),
+        ("alpha", "z", (5.2,), 10.0, True),
+        ("alpha", "xz", (2.0, 2.4), 10.0, False),
+        ("alpha", "xz", (2.0, 2.6), 10.0, True),
+        # Declared beyond 3.25 m of a shorter aircraft: it may be nearer than that, not further.
+        ("alpha", "x", (-0.5,), 5.0, False),
+        ("alpha", "x", (0.1,), 5.0, True),
+    ],
+)
+def test_a_position_is_off_the_aircraft_by_its_whole_distance_from_the_centre_of_gravity(
+    placed: Estimate, channel: str, axes: str, further: tuple[float, ...], length: float, is_off: bool
+) -> None:
+    moved = ActiveEffect(sensor_place(channel, axes), further)
+    found = replace(placed, point=placed.point.with_effects([moved]))
+    place = SelectedEffect(Hypothesis(moved.effect.kind, channel, effects=(moved,)), kinematic=True, gain=0.0)
+    bias = SelectedEffect(Hypothesis("sensor_bias", channel), kinematic=True, gain=0.0)
+    assert is_off_aircraft(SelectedStructure(found, (place,)), place, length) is is_off
+    assert not is_off_aircraft(SelectedStructure(found, (bias,)), bias, length)
 
 
 def test_an_unusually_large_gyro_error_is_identified_if_certain() -> None:

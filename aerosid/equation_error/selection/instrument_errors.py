@@ -270,10 +270,10 @@ def _has_none(names: Collection[tuple[str, ...]], selected: SelectedStructure) -
 
 def _off_aircraft(found: SelectedStructure, length: float | None) -> list[Hypothesis]:
     """The selected sensor positions that are not on the aircraft."""
-    return [each.hypothesis for each in found.chosen if _is_off_aircraft(found, each, length)]
+    return [each.hypothesis for each in found.chosen if is_off_aircraft(found, each, length)]
 
 
-def _is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: float | None) -> bool:
+def is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: float | None) -> bool:
     """Whether a selected sensor position is further from the centre of gravity than the aircraft extends.
 
     A position declared out there may be corrected, inwards.
