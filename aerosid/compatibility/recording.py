@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED, STATES
+from aerosid.estimation.manoeuvre import first_mean
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.flight_log import FlightLog, Position
@@ -223,7 +224,7 @@ def first_states(recording: Recording) -> tuple[Array, ...]:
 
 def _first_state(recording: Recording, stretch: slice) -> Array:
     speed, alpha, theta, h, a_x, q, beta = (
-        _first_mean(recording.channel(name)[stretch]) for name in (*OBSERVED, "a_x", "q", "beta")
+        first_mean(recording.channel(name)[stretch], STRETCHES.first) for name in (*OBSERVED, "a_x", "q", "beta")
     )
     alpha += q * recording.positions.get("alpha", (0.0, 0.0, 0.0))[0] / speed
     if not np.isfinite(theta):
@@ -231,8 +232,3 @@ def _first_state(recording: Recording, stretch: slice) -> Array:
     plane = speed * np.cos(beta)
     motion = {"u": plane * np.cos(alpha), "w": plane * np.sin(alpha), "theta": theta}
     return np.array([motion.get(name, h if np.isfinite(h) else 0.0) for name in STATES])
-
-
-def _first_mean(values: Array) -> float:
-    present = values[np.isfinite(values)]
-    return float(present[: STRETCHES.first].mean()) if present.size else float("nan")

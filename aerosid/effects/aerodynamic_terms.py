@@ -16,12 +16,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import LATERAL, Axes
 from aerosid.flight_model.terms import Term, parse_term
-from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.flight_log import FlightLog, range_of
 
 POLYNOMIALS = (
     "1",
@@ -144,7 +143,7 @@ def unsteady(_logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Itera
 
 def compressible(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterator[Term]:
     """Terms in Mach number where it varies."""
-    if all("mach" in log for log in logs) and any(_range(log["mach"]) > OFFERED.least_mach for log in logs):
+    if all("mach" in log for log in logs) and any(range_of(log["mach"]) > OFFERED.least_mach for log in logs):
         yield from map(parse_term, COMPRESSIBLE if is_symmetric(coefficient) else COMPRESSIBLE_SIDE)
 
 
@@ -154,7 +153,7 @@ def attitude(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterat
         return
     for term in map(parse_term, ATTITUDE):
         recorded = [log[name] for name in term.variables for log in logs if name in log]
-        if len(recorded) == len(logs) and any(_range(values) > OFFERED.least_attitude for values in recorded):
+        if len(recorded) == len(logs) and any(range_of(values) > OFFERED.least_attitude for values in recorded):
             yield term
 
 
@@ -173,11 +172,6 @@ def splines(logs: Sequence[FlightLog], coefficient: str, _axes: Axes) -> Iterato
         start = f" {sign} {abs(knot) * OFFERED.knot_grid:.2f}" if knot else ""
         for power in ("", "^2"):
             yield parse_term(f"pos(alpha{start}){power}")
-
-
-def _range(values: NDArray[np.float64]) -> float:
-    present = values[np.isfinite(values)]
-    return float(np.ptp(present)) if present.size else 0.0
 
 
 def searched_parameters(term: Term) -> int:

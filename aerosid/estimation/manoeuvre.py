@@ -227,7 +227,7 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
 
     The mean of the first samples present; theta from the axial specific force where it is not measured.
     """
-    first = {name: _first_mean(flight.measured[:, i]) for i, name in enumerate(axes.outputs)}
+    first = {name: first_mean(flight.measured[:, i], PREPARATION.first) for i, name in enumerate(axes.outputs)}
     columns = {name: float(flight.inputs[0, j]) for j, name in enumerate(input_columns_of(axes))}
 
     def held(name: str) -> float:
@@ -253,9 +253,10 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
     return state_vector(axes, motion)
 
 
-def _first_mean(values: NDArray[np.float64]) -> float:
+def first_mean(values: NDArray[np.float64], count: int) -> float:
+    """The mean of the first so many samples that are there; NaN where none is."""
     present = values[np.isfinite(values)]
-    return float(present[: PREPARATION.first].mean()) if present.size else float("nan")
+    return float(present[:count].mean()) if present.size else float("nan")
 
 
 def _input(log: FlightLog, aircraft: Aircraft, name: str, notes: list[str]) -> NDArray[np.float64]:

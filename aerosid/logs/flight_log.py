@@ -244,15 +244,17 @@ def chosen_stretch(log: FlightLog) -> FlightLog:
 def _with_moving_control(parts: Sequence[FlightLog]) -> Sequence[FlightLog]:
     """The stretches in which a control moves; all where none does."""
     ranges = np.array(
-        [
-            [float(np.ptp(values)) if (values := part[name][np.isfinite(part[name])]).size else 0.0 for part in parts]
-            for name in parts[0].channels
-            if name.startswith("delta_")
-        ]
+        [[range_of(part[name]) for part in parts] for name in parts[0].channels if name.startswith("delta_")]
     ).reshape(-1, len(parts))
     largest = ranges.max(axis=1, keepdims=True, initial=0.0)
     moves = np.any((ranges > READING.moving_control * largest) & (largest > 0.0), axis=0)
     return [part for part, moved in zip(parts, moves.tolist(), strict=True) if moved] or parts
+
+
+def range_of(values: NDArray[np.float64]) -> float:
+    """The largest of some samples less the smallest; zero where none is there."""
+    present = values[np.isfinite(values)]
+    return float(np.ptp(present)) if present.size else 0.0
 
 
 def with_fuel_used(log: FlightLog) -> FlightLog:

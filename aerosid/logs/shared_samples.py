@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.flight_log import FlightLog, range_of
 from aerosid.logs.settings import DUPLICATES
 from aerosid.nomenclature import CHANNELS
 
@@ -26,7 +26,7 @@ def shared_samples(one: FlightLog, other: FlightLog) -> tuple[float, float] | No
     names = [
         name
         for name in one.channels
-        if name in other and name in CHANNELS and min(_range(one[name]), _range(other[name])) > 0.0
+        if name in other and name in CHANNELS and min(range_of(one[name]), range_of(other[name])) > 0.0
     ]
     if len(names) < DUPLICATES.fewest_channels:
         return None
@@ -41,11 +41,6 @@ def _is_same_file(one: FlightLog, other: FlightLog) -> bool:
     if one.sha256 and one.sha256 == other.sha256:
         return True
     return bool(one.path and other.path) and Path(one.path).resolve() == Path(other.path).resolve()
-
-
-def _range(values: NDArray[np.float64]) -> float:
-    present = values[np.isfinite(values)]
-    return float(np.ptp(present)) if present.size else 0.0
 
 
 def _rows(log: FlightLog, names: list[str]) -> tuple[NDArray[np.void], NDArray[np.float64]]:

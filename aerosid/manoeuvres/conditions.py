@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from aerosid.manoeuvres.found import Stretch
-from aerosid.manoeuvres.record import BoolArray, FlightRecord, FloatArray, runs
+from aerosid.manoeuvres.record import BoolArray, FlightRecord, FloatArray, runs, travel
 from aerosid.manoeuvres.settings import FinderSettings
 
 __all__ = ["steady_turns", "trim_points", "turns"]
@@ -79,27 +79,22 @@ def _unsteadiness(record: FlightRecord, window: int, settings: FinderSettings) -
     acceleration = np.gradient(mean, record.interval) / 9.80665
     pitch = np.sqrt(uniform_filter1d(record.averaged(record.pitch, 0.05) ** 2, window, mode="nearest"))
     parts = [
-        _range(speed, window) / (settings.trim_speed * mean),
+        travel(speed, window) / (settings.trim_speed * mean),
         np.abs(acceleration) / settings.trim_acceleration,
         pitch / settings.trim_pitch,
         maximum_filter1d(np.abs(record.get("phi")), window) / settings.trim_bank,
     ]
     if "h" in record:
         climb = record.averaged(np.gradient(record.averaged(record["h"], 0.3), record.interval), 0.5)
-        parts.append(_range(climb / np.maximum(mean, 1.0), window) / settings.trim_climb)
+        parts.append(travel(climb / np.maximum(mean, 1.0), window) / settings.trim_climb)
     elevator = record.surfaces.get("delta_e")
     if elevator is not None:
         limit = max(settings.trim_travel * elevator.largest, elevator.rest)
-        parts.append(_range(elevator.deflection, window) / max(limit, 1e-9))
+        parts.append(travel(elevator.deflection, window) / max(limit, 1e-9))
     worst: FloatArray = np.max(parts, axis=0)
     # The mean of the squares tells windows apart that are all within the limits.
     even: FloatArray = np.sqrt(np.mean(np.square(parts), axis=0))
     return np.where(worst <= 1.0, even, np.maximum(worst, 1.0 + 1e-9))
-
-
-def _range(values: FloatArray, window: int) -> FloatArray:
-    span: FloatArray = maximum_filter1d(values, window) - minimum_filter1d(values, window)
-    return span
 
 
 def _all_within(mask: BoolArray, window: int) -> BoolArray:

@@ -236,7 +236,8 @@ def _resampled(log: FlightLog, part: slice, interval: float, airborne: BoolArray
     return raster, channels, there
 
 
-def _travel(values: FloatArray, window: int) -> FloatArray:
+def travel(values: FloatArray, window: int) -> FloatArray:
+    """The range of the samples in the window centred at each, (N,)."""
     span: FloatArray = maximum_filter1d(values, window) - minimum_filter1d(values, window)
     return span
 
@@ -252,7 +253,7 @@ def _surface_scales(
         recorded = [(channels, air) for _, channels, air in pieces if name in channels and air.any()]
         if not recorded:
             continue
-        largest = _largest([_travel(channels[name], window)[air] for channels, air in recorded])
+        largest = _largest([travel(channels[name], window)[air] for channels, air in recorded])
         noise = estimate_noise(log.time, log[name])
         rest = settings.rest_share * largest
         rate, lively = _ANSWERS.get(name, ("", ""))
@@ -286,7 +287,7 @@ def _record(
     scales: Mapping[str, tuple[float, float]],
 ) -> FlightRecord:
     surfaces = {
-        name: Surface(name, channels[name], _travel(channels[name], window), *scale)
+        name: Surface(name, channels[name], travel(channels[name], window), *scale)
         for name, scale in scales.items()
         if name in channels
     }

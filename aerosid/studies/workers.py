@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -25,6 +24,7 @@ from concurrent.futures import (
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from aerosid.compiled.cores import available
 from aerosid.errors import AerosidError, EstimationError, UsageError
 from aerosid.loop.blas_threads import one_blas_thread
 from aerosid.studies.journal import Journal, Row
@@ -228,7 +228,7 @@ def opened(workers: Workers) -> Iterator[tuple[Executor, int]]:
         return
     import multiprocessing
 
-    count = workers.count or _cores()
+    count = workers.count or available()
     # Spawned, not forked: the same on every system, and no lock of one of our threads is copied in locked state.
     context = multiprocessing.get_context("spawn")
     before = {name: os.environ.get(name) for name in _THREADS}
@@ -251,11 +251,6 @@ def opened(workers: Workers) -> Iterator[tuple[Executor, int]]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-def _cores() -> int:
-    """The cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
 def end_with_parent() -> None:
