@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
-from scipy.signal import lfilter
+from scipy.signal import butter, filtfilt, lfilter, lfilter_zi
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.reading import aircraft_from_text
@@ -41,6 +41,11 @@ UNITS |= {"h": "m", "thrust": "N"}
 NOISE = {"V": 0.12, "alpha": 1.2e-3, "beta": 1.3e-3, "p": 1.6e-3, "q": 9e-4, "r": 9e-4, "phi": 1.2e-3, "theta": 9e-4}
 NOISE |= {"psi": 1.5e-3, "a_x": 0.02, "a_y": 0.025, "a_z": 0.05, "h": 0.3}
 NOISE |= {"delta_e": 2e-4, "delta_a": 2.5e-4, "delta_r": 2e-4}
+RESOLUTION = {"V": 0.02, "a_x": 2e-3, "a_y": 2e-3, "a_z": 5e-3, "h": 0.1}
+RESOLUTION |= dict.fromkeys(("alpha", "beta"), 2e-4) | dict.fromkeys(("p", "q", "r", "phi", "theta", "psi"), 1e-4)
+RESOLUTION |= dict.fromkeys(("delta_e", "delta_a", "delta_r"), 5e-5)
+RECORDERS = {"none": 0.0, "filtered": 6.0, "smoothed": 5.0}
+"""Hz, corner of the second-order filter of all channels: none, a recorder's, or one run both ways afterwards."""
 STATES = ("u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "h")
 
 
@@ -102,7 +107,10 @@ BODIES = (
 
 @dataclass(frozen=True)
 class Circumstances:
-    """How a pair was flown: `gust` standard deviation of the side wind, m/s; `memory` of the recorder's noise, 1."""
+    """How a pair was flown: `gust` standard deviation of the side wind, m/s; `memory` of the recorder's noise, 1.
+
+    `recorder`: one of `RECORDERS`.
+    """
 
     body: WholeBody
     interval: float
@@ -110,6 +118,7 @@ class Circumstances:
     gust: float
     memory: float
     off: float
+    recorder: str = "none"
 
     @property
     def time(self) -> Array:
@@ -117,7 +126,7 @@ class Circumstances:
         return self.interval * np.arange(int(self.seconds / self.interval))
 
 
-def drawn(gust: float, generator: np.random.Generator) -> Circumstances:
+def drawn(gust: float, generator: np.random.Generator, recorder: str = "none") -> Circumstances:
     """Circumstances at random; `gust`: over the airspeed, 1."""
     body = BODIES[int(generator.integers(len(BODIES)))]
     return Circumstances(
@@ -127,6 +136,7 @@ def drawn(gust: float, generator: np.random.Generator) -> Circumstances:
         gust=gust * body.airspeed,
         memory=float(generator.uniform(0.0, 0.5)),
         off=float(generator.uniform(0.0, 0.12)),
+        recorder=recorder,
     )
 
 
@@ -188,9 +198,24 @@ def flown(name: str, at: Circumstances, plant: SidePlant, seed: int) -> FlightLo
         true = plant.sensors[channel](time, values) if channel in plant.sensors else values
         shocks = math.sqrt(1.0 - at.memory**2) * generator.standard_normal(time.size)
         colour = shocks if channel in recorded else lfilter([1.0], [1.0, -at.memory], shocks)
-        channels[channel] = np.asarray(true + NOISE.get(channel, 0.0) * colour)
+        noisy = np.asarray(true + NOISE.get(channel, 0.0) * colour)
+        channels[channel] = _as_recorded(channel, noisy, at)
     units = {channel: UNITS.get(channel, "1" if channel in plant.channels else "rad") for channel in channels}
     return FlightLog(name, time, channels, units)
+
+
+def _as_recorded(channel: str, values: Array, at: Circumstances) -> Array:
+    """A channel, (N,), noise and all, through the recorder's filter and in its resolution."""
+    corner = RECORDERS[at.recorder]
+    if not corner:
+        return values
+    b, a = butter(2, corner, fs=1.0 / at.interval)
+    if at.recorder == "smoothed":
+        values = filtfilt(b, a, values)
+    else:
+        values, _ = lfilter(b, a, values, zi=values[0] * lfilter_zi(b, a))
+    step = RESOLUTION.get(channel, 0.0)
+    return np.asarray(step * np.round(values / step) if step else values)
 
 
 def _steps(time: Array, size: float, width: float, generator: np.random.Generator) -> Array:

@@ -164,6 +164,11 @@ class ResidualTestSettings:
         over the variance of the channel in the record, 1. Chosen on eight clean pairs in calm air
         (benchmarks/turbulent_false_alarms.py, seed 336); the share was lowered from .005 for a simulated gyro that
         swings by itself (tests/loop/test_identification.py), after seed 338.
+    recorder_memory : float
+        Time, s, over whose means such a residual has to be coloured: longer than a recorder's filter remembers, shorter
+        than the motion. Found on lateral and six-axis flights with nothing missing, in calm air behind filters of 5 and
+        6 Hz (benchmarks/sideways_detection.py, seed 81), and on a pitching moment that lacks a term in alpha^2 for
+        twelve seconds (tests/estimation/test_residual_tests.py).
     coloured_ratio : float
         Least kinematic residual of any channel over its white noise, 1, from which on a recorder hides the noise: with
         one instrument at fault in white noise .9 to 1.1 (blind practice flights with planted faults of q, theta and
@@ -182,6 +187,7 @@ class ResidualTestSettings:
     as_remembered: float = 1.5
     recorded_ratio: float = 2.0
     recorded_share: float = 0.003
+    recorder_memory: float = 0.2
     coloured_ratio: float = 1.25
     fewest: int = 20
     quick_shortfall: float = 1.15

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -17,8 +18,9 @@ def unexplained_channels(
 ) -> tuple[str, ...]:
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
-    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a recorder hides
-    the noise, a residual counts that exceeds the white noise by more and leaves a share of the channel's variance.
+    A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a recorder hides the noise,
+    a residual counts that exceeds the white noise by more, leaves a share of the channel's variance and repeats itself
+    for longer than filtered noise does, of which the last digits of a log may show a twentieth.
     """
     level = np.sqrt(refinement.variance)
     least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio
@@ -32,8 +34,10 @@ def unexplained_channels(
                 continue  # too few samples, or a quantised record that holds its last sample: its noise is not known
             size = float(np.sqrt(np.mean(residual**2))) * level[i]
             ratio = size / manoeuvre.noise[i]
-            if noise_hidden and size**2 <= RESIDUAL_TESTS.recorded_share * manoeuvre.spread[i] ** 2:
-                continue
+            if noise_hidden:
+                leaves_share = size**2 > RESIDUAL_TESTS.recorded_share * manoeuvre.spread[i] ** 2
+                if not (leaves_share and is_coloured(_means(manoeuvre.flight.time, part.residual[:, i]))):
+                    continue
             if ratio > least and is_coloured(residual):
                 ratios[i] = ratio
         if not ratios:
@@ -43,6 +47,15 @@ def unexplained_channels(
             if not ratio < RESIDUAL_TESTS.as_remembered * _noise_understatement(memories[i]):
                 unexplained[manoeuvre.axes.outputs[i]] = None
     return tuple(unexplained)
+
+
+def _means(time: NDArray[np.float64], residual: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means (M,) of a residual (N,) over intervals longer than a recorder remembers, those without samples left out."""
+    present = np.isfinite(residual)
+    places = ((time - time[0]) / RESIDUAL_TESTS.recorder_memory).astype(np.int64)[present]
+    counts = np.bincount(places)
+    sums = np.bincount(places, weights=residual[present])
+    return sums[counts > 0] / counts[counts > 0]
 
 
 def _noise_understatement(memory: float) -> float:

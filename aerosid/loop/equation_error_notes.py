@@ -176,7 +176,8 @@ def note_on_hidden_noise(found: Attribution) -> str:
     told = (
         f"{hidden} the last digits of the logs do not show their noise. A channel "
         f"counts as explained with an open-loop error of up to {number(RESIDUAL_TESTS.recorded_ratio)} times what they "
-        f"show, or of up to {number(100.0 * RESIDUAL_TESTS.recorded_share)} % of its variance in the record."
+        f"show, or of up to {number(100.0 * RESIDUAL_TESTS.recorded_share)} % of its variance in the record, or one "
+        f"whose means over {number(RESIDUAL_TESTS.recorder_memory)} s are white."
     )
     if found.in_turbulence is None:
         return told

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from problems import BOTH_SQUARES, NOISE, Problem, entry
+from scipy.signal import butter, filtfilt
 
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import refine
@@ -45,6 +48,19 @@ def test_behind_a_recorder_a_residual_has_to_leave_a_share_of_the_motion(value: 
         if error < 1.6 * manoeuvre.noise[place] or share < 0.0024:
             assert name not in told
     assert bool(told) == (value == -1.2)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.2], ids=["complete", "lacking"])
+def test_noise_behind_a_recorder_is_not_told_from_a_model_error_by_its_size(value: float) -> None:
+    """A filter leaves noise that is many times what the samples show, and as much as the motion of a quiet channel."""
+    problem = Problem(undeclared={("C_m", "alpha^2"): value}, elevator="3211", duration=20.0)
+    log = problem.fly(7)
+    coefficients = butter(2, 4.0, fs=1.0 / problem.interval)
+    filtered = {name: filtfilt(*coefficients, values) for name, values in log.channels.items()}
+    model, manoeuvre = problem.prepared(replace(log, channels=filtered))
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    assert unexplained_channels(found, [manoeuvre])
+    assert bool(unexplained_channels(found, [manoeuvre], noise_hidden=True)) == (value != 0.0)
 
 
 def test_behind_a_recorder_a_small_residual_does_not_count_however_quiet_the_log_is() -> None:
