@@ -135,5 +135,5 @@ def _contradictory(recordings: Sequence[Recording], notes: tuple[str, ...]) -> K
 
 def _exclusion_note(log: FlightLog) -> str:
     absent = missing_channels(log)
-    why = f"it lacks {', '.join(absent)}" if absent else "no stretch of 3 s is without gaps"
+    why = f"it lacks {', '.join(absent)} or they never change" if absent else "no stretch of 3 s is without gaps"
     return f"{log.name}: its instruments cannot be compared by kinematics, {why}."

@@ -12,8 +12,8 @@ from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED, STATES
 from aerosid.estimation.manoeuvre import first_mean
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.channel_noise import channel_noise
+from aerosid.logs.constant_channels import is_constant
 from aerosid.logs.flight_log import FlightLog, Position
-from aerosid.logs.physical_values import is_constant
 from aerosid.signals.resampling import without_gaps
 
 NEEDED = (*DRIVING, "V", "alpha")
@@ -119,8 +119,9 @@ class Recording:
 
 
 def missing_channels(log: FlightLog) -> tuple[str, ...]:
-    """The required channels that the log lacks."""
-    return tuple(name for name in NEEDED if not _is_present(log, name))
+    """The required channels that the log lacks; an accelerometer of one value throughout measures no force."""
+    absent = (name for name in NEEDED if not _is_present(log, name))
+    return *absent, *(name for name in ("a_x", "a_z") if name in log and is_constant(log[name]))
 
 
 def _is_present(log: FlightLog, name: str) -> bool:
@@ -138,7 +139,7 @@ def read_recording(log: FlightLog) -> Recording | None:
             inputs[:, j] = log[name]
     measured = np.full((time.size, len(OBSERVED)), np.nan)
     for i, name in enumerate(OBSERVED):
-        if _is_present(log, name) and (name in NEEDED or not is_constant(log, name)):
+        if _is_present(log, name) and (name in NEEDED or not is_constant(log[name])):
             measured[:, i] = log[name]
     stretches = _whole_stretches(time, inputs, measured)
     if not stretches:

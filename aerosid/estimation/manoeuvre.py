@@ -17,8 +17,8 @@ from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.vane import alpha_at_centre
 from aerosid.logs.channel_noise import channel_noise
+from aerosid.logs.constant_channels import is_constant
 from aerosid.logs.flight_log import FlightLog
-from aerosid.logs.physical_values import is_constant
 from aerosid.notation import listed, plain
 from aerosid.signals.noise import calmed
 
@@ -154,9 +154,12 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
         inputs[:, columns.index("alpha")] += _vane_motion(log)
     substeps, ground = _substeps(log, aircraft, inputs), _ground(log)
     outputs = tuple(name for name in axes.outputs if name in log and np.isfinite(log[name]).sum() >= PREPARATION.fewest)
-    if frozen := _frozen(log, outputs, axes):
+    frozen, unmoved = _frozen(log, outputs, axes)
+    if frozen:
         notes.append(f"{listed(frozen)}: one value throughout, as of an instrument that is frozen; not used.")
         outputs = tuple(name for name in outputs if name not in frozen)
+    if unmoved:
+        notes.append(f"{listed(unmoved)}: one value throughout; used, as the estimation needs it: check the sensor.")
     extra = columns[len(input_columns_of(axes)) :]
     noisy = (*outputs, *(name for name in extra if name.startswith("delta_")))
     deviation = {name: channel_noise(log, name).deviation for name in noisy}
@@ -172,10 +175,15 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), ground, axes)
 
 
-def _frozen(log: FlightLog, outputs: Sequence[str], axes: Axes) -> tuple[str, ...]:
-    """The outputs of one value throughout; none where a required channel holds still too, as in undisturbed flight."""
-    still = tuple(name for name in outputs if is_constant(log, name))
-    return () if any(name in axes.required for name in still) else still
+def _frozen(log: FlightLog, outputs: Sequence[str], axes: Axes) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The outputs of one value throughout that are not required, and the required channels of one value.
+
+    None where every required channel holds still, as in undisturbed flight.
+    """
+    if all(float(np.nanmax(log[name]) - np.nanmin(log[name])) < PREPARATION.rounding for name in axes.required):
+        return (), ()
+    unmoved = tuple(name for name in axes.required if is_constant(log[name]))
+    return tuple(name for name in outputs if name not in axes.required and is_constant(log[name])), unmoved
 
 
 def _ground(log: FlightLog) -> float:

@@ -21,6 +21,8 @@ class PreparationSettings:
         s; of the integration, where the aircraft is slow or the declared model empty.
     shortest_substep : float
         s; shorter steps are never needed, except formally by a wrong inertia in the aircraft file.
+    rounding : float
+        SI; a channel that varies by less holds still: errors of a simulation's arithmetic move it.
     first : int
         Samples whose mean is the start value of the initial state.
     """
@@ -30,6 +32,7 @@ class PreparationSettings:
     longest_angle: float = 0.15
     longest_substep: float = 0.1
     shortest_substep: float = 0.002
+    rounding: float = 1e-9
     first: int = 5
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.errors import LogError
+from aerosid.logs.constant_channels import dead_channel, is_constant
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.settings import QUALITY
 from aerosid.notation import number, plain
@@ -65,12 +66,6 @@ def longest_hole(log: FlightLog, name: str) -> Hole | None:
     return Hole(float(time[first]), float(time[last]), last - first + 1)
 
 
-def is_constant(log: FlightLog, name: str) -> bool:
-    """Whether all samples of a channel that are numbers are the same one."""
-    present = log[name][np.isfinite(log[name])]
-    return present.size > 0 and bool(present.min() == present.max())
-
-
 def require_computable(logs: Sequence[FlightLog], unseen: Sequence[FlightLog], required: Sequence[str]) -> None:
     """Refuse fitted and unseen logs with which no flight, or no model, can be computed, as the next two functions.
 
@@ -111,11 +106,17 @@ def require_possible_values(log: FlightLog, required: Sequence[str]) -> None:
                 "without that hole, or fill it."
             )
     moving = [name for name in required if name in log and name not in ("rho", "mass")]
-    if moving and all(is_constant(log, name) for name in moving):
+    if moving and all(is_constant(log[name]) for name in moving):
         raise LogError(
             f"{label}: channels {', '.join(moving)} never change, but a manoeuvre has motion; check the recording, or "
             "choose another span."
         )
+    for name in required:
+        if (dead := dead_channel(log, name)) is not None:
+            raise LogError(
+                f"{label}: channel {name} is dead ({dead}); correct the column or the channel map, or use another "
+                "recording."
+            )
 
 
 def require_moving_control(logs: Sequence[FlightLog]) -> None:
@@ -127,7 +128,7 @@ def require_moving_control(logs: Sequence[FlightLog]) -> None:
         With the controls and their constant values.
     """
     controls = [(log, name) for log in logs for name in log.channels if name.startswith("delta_")]
-    if not controls or not all(is_constant(log, name) for log, name in controls):
+    if not controls or not all(is_constant(log[name]) for log, name in controls):
         return
     log, name = controls[0]
     value = float(log[name][np.isfinite(log[name])][0])

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from aerosid.logs.channel_noise import channel_noise
+from aerosid.logs.constant_channels import dead_channel, is_constant
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
-from aerosid.logs.physical_values import first_not_positive, is_constant, longest_hole
+from aerosid.logs.physical_values import first_not_positive, longest_hole
 from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
 from aerosid.logs.settings import QUALITY
 from aerosid.nomenclature import CHANNELS
@@ -19,6 +20,9 @@ from aerosid.notation import number, plain
 
 NEEDED = ("V", "alpha", "q")  # required by the estimation, in addition to a moving control
 HELPFUL = ("theta", "a_x", "a_z")
+
+_MOVING = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi", "a_x", "a_y", "a_z", "q_dot", "h")
+"""Channels that move in any manoeuvre."""
 
 
 class Problem(enum.Enum):
@@ -40,6 +44,7 @@ class Problem(enum.Enum):
     FILLED = "samples are missing: the control is interpolated linearly between the others"
     SPIKES = "single samples differ strongly from both neighbours: leave these fields empty if they are not motion"
     STUCK = "the channel is constant while others move: check the sensor, or leave the channel out"
+    DEAD = "the quantity moved and the channel did not: correct the column or the channel map, or use another recording"
     CONSTANT = "the channel never changes: check the sensor, or leave the channel out"
     SATURATED = "the channel is clipped at its extreme: check the sensor's range, or leave the channel out"
     COARSE = "the resolution is coarser than the noise: small effects are lost in the quantisation"
@@ -61,6 +66,7 @@ class Problem(enum.Enum):
 
 _BLOCKING = frozenset(
     {
+        Problem.DEAD,
         Problem.DEGREES,
         Problem.LACKING,
         Problem.NO_CONTROL,
@@ -72,7 +78,7 @@ _BLOCKING = frozenset(
 )
 """Problems with which close-loop refuses a log."""
 
-NOT_COMPARABLE = frozenset({Problem.DEGREES, Problem.NOT_POSITIVE, Problem.TOO_FAST})
+NOT_COMPARABLE = frozenset({Problem.DEAD, Problem.DEGREES, Problem.NOT_POSITIVE, Problem.TOO_FAST})
 """Problems that contradict every other channel: a search for instrument errors would be slow and futile."""
 
 
@@ -238,7 +244,7 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
     known = channel_noise(log, name)
     noise = known.deviation
     # The variance of equal numbers is not always zero.
-    power = 0.0 if is_constant(log, name) else float(np.var(present))
+    power = 0.0 if is_constant(values) else float(np.var(present))
     variation = math.sqrt(max(power - noise**2, 0.0))
     excitation = variation / noise if noise > 0.0 else (math.inf if variation > 0.0 else 0.0)
     return ChannelQuality(
@@ -304,14 +310,18 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
         more = " ..." if channel.spikes > 3 else ""
         findings.append(Finding(Problem.SPIKES, name, f"{channel.spikes} at {times}{more} s"))
     # Controls and slowly varying quantities may be constant; motion channels may not.
+    if name in _MOVING and channel.minimum == channel.maximum:
+        dead = dead_channel(log, name)
+        if dead is not None and name in NEEDED:
+            return [*findings, Finding(Problem.DEAD, name, str(dead))]
+        found = str(dead) if dead is not None else f"{number(channel.minimum, 4)} {channel.unit}"
+        return [*findings, Finding(Problem.CONSTANT, name, found)]
     if name not in CHANNELS or CHANNELS[name].kind != "output" or name == "h":
         return findings
     # Of a channel with coarse resolution at least the steps are known; they are reported below.
     coarse = channel.quantum > 2.0 * channel.noise
     if channel.doubt and not coarse:
         findings.append(Finding(Problem.NOISE_UNKNOWN, name, channel.doubt))
-    if channel.minimum == channel.maximum:
-        return [*findings, Finding(Problem.CONSTANT, name, f"{number(channel.minimum, 4)} {channel.unit}")]
     duration = float(log.time[-1] - log.time[0])
     if channel.stuck > max(QUALITY.stuck_share * duration, QUALITY.stuck_samples * log.interval):
         findings.append(Finding(Problem.STUCK, name, f"for {number(channel.stuck)} s"))

@@ -131,6 +131,39 @@ class QualitySettings:
 
 
 @dataclass(frozen=True)
+class DeadSettings:
+    """What the other channels must show before a channel of one value counts as dead. Chosen.
+
+    Attributes
+    ----------
+    least_change : mapping of str to float
+        SI, by channel: change of the quantity from which on no instrument holds still, several steps of a coarse one:
+        4 knots of airspeed, a degree of flow angle, 3 deg/s of a rate.
+    steps : float
+        The same in steps of the resolution, 1, where the channel map or the aircraft file declares one.
+    window : mapping of str to float
+        s, by channel, over which the others are integrated, or averaged where they are differentiated: a longer one
+        collects their drifts, a shorter one loses the motion.
+    largest_trend : mapping of str to float
+        SI, by channel: largest constant error of the integrated rate. That of airspeed, m/s^2, is a bias of 0.1 m/s^2
+        of a_x and of a hundredth of theta; a flow angle returns within its window, and any trend is removed.
+    fewest : int
+        Least number of samples in a window.
+    fewest_windows : int
+        Least number of averages of which differences are taken.
+    """
+
+    least_change: Mapping[str, float] = field(
+        default_factory=lambda: {"V": 2.0, "alpha": 0.0175, "p": 0.05, "q": 0.05, "r": 0.05}
+    )
+    steps: float = 3.0
+    window: Mapping[str, float] = field(default_factory=lambda: {"V": 20.0, "alpha": 4.0, "p": 0.5, "q": 0.5, "r": 0.5})
+    largest_trend: Mapping[str, float] = field(default_factory=lambda: {"V": 0.2, "alpha": float("inf")})
+    fewest: int = 5
+    fewest_windows: int = 3
+
+
+@dataclass(frozen=True)
 class CoursesSettings:
     """Comparison of two time histories, such as theta and the integral of q.
 
@@ -175,5 +208,6 @@ class DuplicateSettings:
 
 READING = ReadingSettings()
 QUALITY = QualitySettings()
+DEAD = DeadSettings()
 COURSES = CoursesSettings()
 DUPLICATES = DuplicateSettings()

@@ -27,6 +27,14 @@ def test_a_frozen_channel_is_not_used_and_a_note_says_so(log: FlightLog, channel
     assert not [note for note in whole.notes if "one value" in note]
 
 
+def test_an_airspeed_of_one_value_is_used_with_a_note_and_frozen_channels_beside_it_are_not(log: FlightLog) -> None:
+    still = {name: np.full(log.time.size, log[name][0]) for name in ("V", "h")}
+    prepared = prepare(with_channels(log, **still), LIGHT, declared_model(LIGHT, 100.0).columns)
+    assert "V" in prepared.outputs
+    assert "h" not in prepared.outputs
+    assert [note for note in prepared.notes if note.startswith("V: one value throughout; used")]
+
+
 def test_in_undisturbed_flight_every_channel_may_hold_still() -> None:
     log = Problem(elevator="none", noise=SILENT).fly(0)
     prepared = prepare(log, LIGHT, declared_model(LIGHT, 100.0).columns)
