@@ -8,13 +8,13 @@ identified by the kinematic equations, in the classes of `agreement`; `recording
 from aerosid.compatibility.agreement import (
     Agreement,
     ChannelAgreement,
+    Contradiction,
     InstrumentFinding,
     KinematicConsistency,
     MovingAir,
     describe,
 )
 from aerosid.compatibility.consistency import check_kinematics, contradicting
-from aerosid.compatibility.contradiction import Contradiction
 from aerosid.compatibility.instrument_agreement import agreement_of
 from aerosid.flight_model.axes import LONGITUDINAL
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from aerosid.compatibility.contradiction import Contradiction
-from aerosid.notation import number, with_deviation
+from aerosid.notation import listed, number, with_deviation
 
 
 class Agreement(Enum):
@@ -16,6 +15,49 @@ class Agreement(Enum):
     CONSISTENT = "The channels agree with each other as kinematics demand."
     CORRECTED = "The channels agree with each other once the instruments named here are corrected."
     INCONSISTENT = "The channels contradict each other, and no instrument error reconciles them."
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Channels of one log that cannot belong to one motion.
+
+    Attributes
+    ----------
+    log : str
+        The log.
+    channels : tuple of str
+        The single inconsistent channel, those with spikes, or those that contradict the integrated motion.
+    remedy : str
+        The correction with which they agree, as words after "it agrees"; empty where none was found.
+    misfit : float
+        Largest unexplained fraction of a channel's variation.
+    """
+
+    log: str
+    channels: tuple[str, ...]
+    remedy: str
+    misfit: float
+
+    @property
+    def sentence(self) -> str:
+        """The contradiction in words."""
+        fraction = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is unexplained"
+        if self.remedy:
+            several = len(self.channels) > 1
+            contradict, agree = ("contradict", "they agree") if several else ("contradicts", "it agrees")
+            return (
+                f"{self.log}: {listed(self.channels)} {contradict} the other channels ({fraction}); {agree} "
+                f"{self.remedy}."
+            )
+        if len(self.channels) == 1:
+            return (
+                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({fraction}); "
+                "check that it belongs to this flight and has the same clock."
+            )
+        return (
+            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q "
+            f"({fraction}); check that all of them belong to this flight, and their signs, units and clocks."
+        )
 
 
 @dataclass(frozen=True)

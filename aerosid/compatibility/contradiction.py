@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compatibility.agreement import Contradiction
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
 from aerosid.compatibility.remedies import AIRSPEED, FACTORS, HEIGHT, OFFSETS
 from aerosid.compatibility.settings import ContradictionSettings
+from aerosid.compatibility.spikes import spikes_of, spikes_told, without_spikes
 from aerosid.compatibility.window_fit import FIRST_ROUND, QUICK, WindowFitSettings, fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.limits import OFFERED
@@ -37,74 +39,42 @@ DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
 """The input that mainly drives an output: a contradiction of the output may be due to this input."""
 
 
-@dataclass(frozen=True)
-class Contradiction:
-    """Channels of one log that cannot belong to one motion.
-
-    Attributes
-    ----------
-    log : str
-        The log.
-    channels : tuple of str
-        The single inconsistent channel, or those that contradict the integrated motion.
-    remedy : str
-        The correction with which they agree, as words after "it agrees"; empty where none was found.
-    misfit : float
-        Largest unexplained fraction of a channel's variation.
-    """
-
-    log: str
-    channels: tuple[str, ...]
-    remedy: str
-    misfit: float
-
-    @property
-    def sentence(self) -> str:
-        """The contradiction in words."""
-        fraction = f"{100.0 * min(self.misfit, 9.99):.0f} % of the variation is unexplained"
-        if self.remedy:
-            return (
-                f"{self.log}: {self.channels[0]} contradicts the other channels ({fraction}); it agrees {self.remedy}."
-            )
-        if len(self.channels) == 1:
-            return (
-                f"{self.log}: {self.channels[0]} contradicts the other channels, which agree without it ({fraction}); "
-                "check that it belongs to this flight and has the same clock."
-            )
-        return (
-            f"{self.log}: {', '.join(self.channels)} contradict the motion integrated from a_x, a_z and q "
-            f"({fraction}); check that all of them belong to this flight, and their signs, units and clocks."
-        )
-
-
 def contradictions(
     recordings: Sequence[Recording], settings: ContradictionSettings = USUAL
 ) -> tuple[Contradiction, ...]:
     """Contradictions that no instrument error, gust or noise explains."""
     found = []
     for recording in recordings:
-        windows = _windows(recording, settings)
-        if windows is None:
-            continue
-        misfits = _misfits(windows, settings)
-        contradicting, suspect = (
-            _contradicting_outputs(windows, settings, misfits),
-            _suspect_outputs(windows, settings, misfits),
-        )
-        unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
-        if unit is None and "h" in (*contradicting, *suspect):
-            unit = _height_unit(windows, settings, misfits)
-        if unit is not None:
-            found.append(unit)
-            continue
-        if contradicting or suspect:
-            # A time delay, lag or scale factor error of an instrument is no contradiction.
-            contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, contradicting or suspect)
-        if contradicting or suspect:
-            diagnosed = _diagnosed(windows, settings, misfits, contradicting, suspect)
-            if diagnosed is not None:
-                found.append(diagnosed)
+        contradiction = _contradiction(recording, settings)
+        if contradiction is not None and (single := spikes_of(recording)):
+            # Single samples are no motion: what contradicts without them is told, and else they are.
+            others = _contradiction(without_spikes(recording, single), settings)
+            remedy = f"once the spikes of {spikes_told(recording, single)} are left empty"
+            contradiction = others or replace(contradiction, channels=tuple(single), remedy=remedy)
+        if contradiction is not None:
+            found.append(contradiction)
     return tuple(found)
+
+
+def _contradiction(recording: Recording, settings: ContradictionSettings) -> Contradiction | None:
+    """The contradiction of one recording; None where there is none."""
+    windows = _windows(recording, settings)
+    if windows is None:
+        return None
+    misfits = _misfits(windows, settings)
+    contradicting, suspect = (
+        _contradicting_outputs(windows, settings, misfits),
+        _suspect_outputs(windows, settings, misfits),
+    )
+    unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
+    if unit is None and "h" in (*contradicting, *suspect):
+        unit = _height_unit(windows, settings, misfits)
+    if unit is not None:
+        return unit
+    if contradicting or suspect:
+        # A time delay, lag or scale factor error of an instrument is no contradiction.
+        contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, contradicting or suspect)
+    return _diagnosed(windows, settings, misfits, contradicting, suspect) if contradicting or suspect else None
 
 
 def _airspeed_unit(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from aerosid.flight_model.vane import alpha_at_centre
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.constant_channels import is_constant
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.sample_patterns import spike_times, spikes
 from aerosid.notation import listed, plain
 from aerosid.signals.noise import calmed
 
@@ -163,6 +164,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     extra = columns[len(input_columns_of(axes)) :]
     noisy = (*outputs, *(name for name in extra if name.startswith("delta_")))
     deviation = {name: channel_noise(log, name).deviation for name in noisy}
+    notes += _notes_on_spikes(log, deviation)
     variance = np.array([deviation.get(name, 0.0) ** 2 for name in extra])
     measured = np.full((log.time.size, len(axes.outputs)), np.nan)
     noise = np.array([deviation.get(name, np.nan) for name in axes.outputs])
@@ -173,6 +175,16 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     # A copy: kernels compile anew for arrays that may not be written.
     flight = Flight(np.array(log.time), inputs, measured, positions, substeps, variance)
     return Manoeuvre(log, flight, columns, outputs, noise, tuple(dict.fromkeys(notes)), ground, axes)
+
+
+def _notes_on_spikes(log: FlightLog, deviation: Mapping[str, float]) -> list[str]:
+    """A note on each channel with spikes, which the estimation takes for motion or a control's; by their noise."""
+    found = {name: spikes(log[name], noise) for name, noise in deviation.items()}
+    return [
+        f"{name}: spikes, {spike_times(log.time, places)}; leave these fields empty if they are no motion."
+        for name, places in found.items()
+        if places.size
+    ]
 
 
 def _frozen(log: FlightLog, outputs: Sequence[str], axes: Axes) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -6,7 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from aerosid.logs.flight_log import FlightLog
+from aerosid.logs.sample_patterns import spikes
 from aerosid.signals.noise import estimate_noise
 from aerosid.signals.reprocessed_samples import doubt_of_noise
 
@@ -50,7 +53,10 @@ def channel_noise(log: FlightLog, name: str) -> ChannelNoise:
     estimated = float(estimate_noise(log.time, log[name]))
     if floor > 0.0:
         return ChannelNoise(max(estimated, floor), True, "")
-    return ChannelNoise(estimated, False, doubt_of_noise(log[name], estimated))
+    values = np.array(log[name])
+    # Beside a spike of any height ordinary noise would look like none.
+    values[spikes(values, estimated)] = np.nan
+    return ChannelNoise(estimated, False, doubt_of_noise(values, estimated))
 
 
 def with_declared_noise(log: FlightLog, noise: Mapping[str, float], resolution: Mapping[str, float]) -> FlightLog:

@@ -13,10 +13,10 @@ from aerosid.logs.constant_channels import dead_channel, is_constant
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.logs.physical_values import first_not_positive, longest_hole
-from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spikes
+from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spike_times, spikes
 from aerosid.logs.settings import QUALITY
 from aerosid.nomenclature import CHANNELS
-from aerosid.notation import number, plain
+from aerosid.notation import number
 
 NEEDED = ("V", "alpha", "q")  # required by the estimation, in addition to a moving control
 HELPFUL = ("theta", "a_x", "a_z")
@@ -306,9 +306,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
         problem = Problem.FILLED if name.startswith("delta_") else Problem.MISSING
         findings.append(Finding(problem, name, f"{number(100.0 * channel.missing)} %"))
     if channel.spikes:
-        times = ", ".join(plain(float(log.time[k]), 6) for k in spikes(values, channel.noise)[:3])
-        more = " ..." if channel.spikes > 3 else ""
-        findings.append(Finding(Problem.SPIKES, name, f"{channel.spikes} at {times}{more} s"))
+        findings.append(Finding(Problem.SPIKES, name, spike_times(log.time, spikes(values, channel.noise))))
     # Controls and slowly varying quantities may be constant; motion channels may not.
     if name in _MOVING and channel.minimum == channel.maximum:
         dead = dead_channel(log, name)

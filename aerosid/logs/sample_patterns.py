@@ -6,6 +6,7 @@ import numpy as np
 
 from aerosid.logs.flight_log import FloatArray
 from aerosid.logs.settings import QUALITY
+from aerosid.notation import plain
 
 
 def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
@@ -38,6 +39,12 @@ def spikes(values: FloatArray, noise: float) -> np.ndarray[tuple[int], np.dtype[
         if local.size and height[k - 1] > QUALITY.spike * float(np.median(local)):
             kept.append(k)
     return np.array(kept, dtype=np.intp)
+
+
+def spike_times(time: FloatArray, places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> str:
+    """Number and times of spikes in words, the first three of them."""
+    times = ", ".join(plain(float(time[k]), 6) for k in places[:3])
+    return f"{places.size} at {times}{' ...' if places.size > 3 else ''} s"
 
 
 def _runs(values: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:

@@ -164,7 +164,7 @@ def closing_sentence(
         still = " It can be predicted with --validate or --hold-out." if at_rest else ""
         return f"The log cannot be used by close-loop: {' '.join(lacking)}{still}", False
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
-        what = "correct units, signs and columns in the channel map, or choose another span"
+        what = "correct the channels named here in the channel map or the log, or choose another span"
         return f"The log cannot be used by close-loop: its channels contradict each other; {what}.", False
     if agreement is not None and agreement.verdict is Agreement.CORRECTED:
         return "The log can be used by close-loop, which estimates the instrument errors given here as well.", True

@@ -76,6 +76,24 @@ def test_degrees_taken_for_radians_are_named(log: FlightLog, channel: str) -> No
     assert "degrees" in found.remedy
 
 
+@pytest.mark.parametrize(("channel", "height"), [("V", 80.0), pytest.param("q", 500.0, marks=pytest.mark.slow)])
+def test_spikes_that_contradict_are_told_as_spikes(log: FlightLog, channel: str, height: float) -> None:
+    spoiled = log[channel].copy()
+    spoiled[[100, 200, 300]] += [height, -height, height]
+    (found,) = judged(with_channels(log, **{channel: spoiled}))
+    assert found.channels == (channel,)
+    times = ", ".join(f"{log.time[k]:g}" for k in (100, 200, 300))
+    assert found.sentence.endswith(f"it agrees once the spikes of {channel} (3 at {times} s) are left empty.")
+
+
+@pytest.mark.slow
+def test_a_contradiction_is_told_in_spite_of_spikes(log: FlightLog) -> None:
+    spoiled = log["V"] / 3.6
+    spoiled[200] += 30.0
+    (found,) = judged(with_channels(log, V=spoiled))
+    assert "m/s and not km/h" in found.sentence
+
+
 @pytest.mark.slow
 def test_an_acceleration_in_place_of_specific_force_is_named(log: FlightLog) -> None:
     (found,) = judged(with_channels(log, a_z=log["a_z"] + G))

@@ -1,4 +1,4 @@
-"""A channel of one value throughout is no measurement of a flight that moves."""
+"""Channels of one value throughout, and single samples far off: what is not used, and what a note says of them."""
 
 from __future__ import annotations
 
@@ -46,3 +46,12 @@ def test_a_frozen_altimeter_is_no_turbulence_and_contradicts_nothing(log: Flight
     assert found is not None
     assert found.verdict is Agreement.CONSISTENT
     assert "h" not in {row.channel for row in found.channels}
+
+
+def test_spikes_are_noted_with_their_times(log: FlightLog) -> None:
+    columns = declared_model(LIGHT, 100.0).columns
+    rate = log["q"].copy()
+    rate[[100, 200]] += 1.0
+    notes = prepare(with_channels(log, q=rate), LIGHT, columns).notes
+    assert [note for note in notes if note.startswith(f"q: spikes, 2 at {log.time[100]:g}, {log.time[200]:g} s")]
+    assert not [note for note in prepare(log, LIGHT, columns).notes if "spikes" in note]

@@ -183,6 +183,12 @@ def test_the_place_and_number_of_spikes() -> None:
     assert by_name["q"].spikes == 3
 
 
+def test_beside_a_spike_of_any_height_the_noise_is_known() -> None:
+    time, channels = good_channels()
+    channels["q"][500] *= 1e4
+    assert found(time, channels) == {(Problem.SPIKES, "q")}
+
+
 def test_resolution_is_measured() -> None:
     time, channels = good_channels()
     channels["alpha"] = np.round(channels["alpha"] / 0.003) * 0.003
