@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from aerosid.compatibility.agreement import Contradiction
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
-from aerosid.compatibility.remedies import AIRSPEED, FACTORS, HEIGHT, OFFSETS
+from aerosid.compatibility.remedies import OFFSETS, sign_and_unit_remedies, unit_remedies
 from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.compatibility.spikes import spikes_of, spikes_told, without_spikes
 from aerosid.compatibility.window_fit import FIRST_ROUND, QUICK, WindowFitSettings, fit_windows
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
+from aerosid.logs.flight_log import ChannelSource
 from aerosid.nomenclature import CHANNELS
 
 Array = NDArray[np.float64]
@@ -102,7 +103,7 @@ def _airspeed_unit(
         enough = in_air * settings.falls < in_air_before or max(after.values()) < settings.vanishes
         return in_air, enough and not is_worse and not _contradicting_outputs(changed, settings, found)
 
-    tried = [(*of_air(factor), factor, remedy) for factor, remedy in AIRSPEED]
+    tried = [(*of_air(factor), factor, remedy) for factor, remedy in unit_remedies("m/s", _source(windows, "V"))]
     agreeing = sorted((in_air, factor, remedy) for in_air, agrees, factor, remedy in tried if agrees)
     if not agreeing:
         return None
@@ -125,7 +126,7 @@ def _height_unit(
     tolerated, bend the path as far as a factor of 3.28 asks.
     """
     before = {name: fraction for name, (fraction, _) in misfits.items()}
-    for factor, remedy in HEIGHT:
+    for factor, remedy in unit_remedies("m", _source(windows, "h")):
         changed = _with_channel(windows, "h", factor * windows.channel("h"))
         after = _misfits_if_near(changed, settings, lambda first: first["h"][0] < settings.doubtful)
         if after is None or after["h"][0] >= settings.vanishes or _contradicting_outputs(changed, settings, after):
@@ -336,7 +337,7 @@ def _remedies(
     """These channels with another sign, unit, offset or clock: the name, the words, the changed recording."""
     for channel in channels:
         given = windows.channel(channel)
-        for factor, words in FACTORS[CHANNELS[channel].unit]:
+        for factor, words in sign_and_unit_remedies(CHANNELS[channel].unit, _source(windows, channel)):
             yield channel, words, _with_channel(windows, channel, factor * given)
         if channel in ("a_x", "a_z"):
             for offset, words in OFFSETS:
@@ -346,6 +347,15 @@ def _remedies(
             moved = np.interp(windows.time + shift, windows.time[present], given[present])
             words = f"when moved about {abs(shift):g} s {'earlier' if shift > 0.0 else 'later'}"
             yield channel, words, _with_channel(windows, channel, moved)
+
+
+def _source(recording: Recording, channel: str) -> ChannelSource | None:
+    """Where a channel was read with its unit; None where it was computed from others, or handed over as an array."""
+    source = recording.log.sources.get(channel)
+    is_computed = (
+        source is not None and channel not in source.columns and set(source.columns) <= {*recording.log.channels}
+    )
+    return None if is_computed else source
 
 
 def _with_channel(recording: Recording, name: str, values: Array) -> Recording:

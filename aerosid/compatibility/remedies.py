@@ -3,55 +3,79 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
 from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.flight_model.constants import GRAVITY
+from aerosid.logs.flight_log import ChannelSource
+from aerosid.logs.formats.units import UnitProblem, conversion
 from aerosid.notation import number
 
 SIGN = (-1.0, "with its sign changed")
-_ANGLE = (
-    SIGN,
-    (np.pi / 180.0, "if its values are degrees and not radians"),
-    (180.0 / np.pi, "if its values are radians and not degrees"),
-)
-_ACCELERATION = (
-    SIGN,
-    (GRAVITY, "if its values are multiples of g and not m/s^2"),
-    (1.0 / GRAVITY, "if its values are m/s^2 and not multiples of g"),
-)
+
 SPEEDS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "knots": 0.514444, "ft/s": 0.3048, "mph": 0.44704}
 """Standard: units of airspeed, in m/s."""
 
+_ANGLES = {"degrees": np.pi / 180.0, "radians": 1.0}
 
-def _airspeed_units(largest_scale: float) -> tuple[tuple[float, str], ...]:
-    """Ratios of two units of airspeed, except those that an error of the pitot-static system could be."""
-    pairs = itertools.permutations(SPEEDS, 2)
-    return tuple(
-        (ratio, f"if its values are {true} and not {declared} (a factor of {number(ratio, 4)})")
-        for true, declared in pairs
-        if max(ratio := SPEEDS[true] / SPEEDS[declared], 1.0 / ratio) > 1.0 + largest_scale
-    )
+_ACCELERATIONS = {"multiples of g": GRAVITY, "m/s^2": 1.0}
 
+_LENGTHS = {"feet": 0.3048, "metres": 1.0}
+"""Standard: units of altitude, in m."""
 
-AIRSPEED = _airspeed_units(ContradictionSettings().largest_scale)
-"""Usual errors of airspeed: factors to be applied to the recorded values, and words."""
+_UNITS = {"rad": _ANGLES, "rad/s": _ANGLES, "m/s^2": _ACCELERATIONS, "m/s": SPEEDS, "m": _LENGTHS}
+"""Usual units of a channel, in the glossary's."""
 
-HEIGHT = (
-    (0.3048, "if its values are feet and not metres"),
-    (1.0 / 0.3048, "if its values are metres and not feet"),
-)
-"""Usual errors of altitude: factors to be applied to the recorded values, and words."""
-
-FACTORS = {
-    "rad": _ANGLE,
-    "rad/s": _ANGLE,
-    "m/s^2": _ACCELERATION,
-    "m/s": AIRSPEED,
-    "m": (SIGN, *HEIGHT),
-}
-"""Usual errors of channel maps, by unit: factors to be applied to the recorded values."""
+_SAME = 1e-3
+"""Numerical: relative difference of two units that are one, by the digits with which they are written."""
 
 OFFSETS = ((-GRAVITY, "with 9.81 m/s^2 subtracted"), (GRAVITY, "with 9.81 m/s^2 added"))
 """Difference of acceleration and specific force."""
+
+
+def unit_remedies(unit: str, source: ChannelSource | None) -> tuple[tuple[float, str], ...]:
+    """Ratios of the units that the values may have to the declared one: factors for the recorded values, and words.
+
+    Ratios that an error of the pitot-static system could be are left out of those of airspeed.
+
+    Parameters
+    ----------
+    unit : str
+        The glossary's unit of the channel.
+    source : ChannelSource or None
+        Where the channel was read; None where no unit was declared, and any may have been taken for any other.
+    """
+    units = _UNITS[unit]
+    declared = _declared(unit, source)
+    pairs = itertools.permutations(units, 2) if declared is None else ((name, declared[0]) for name in units)
+    sizes = units if declared is None else {**units, declared[0]: declared[1]}
+    least = 1.0 + (ContradictionSettings().largest_scale if units is SPEEDS else _SAME)
+    return tuple(
+        (ratio, f"if its values are {true} and not {taken}{_factor(ratio) if units is SPEEDS else ''}")
+        for true, taken in pairs
+        if max(ratio := sizes[true] / sizes[taken], 1.0 / ratio) > least
+    )
+
+
+def sign_and_unit_remedies(unit: str, source: ChannelSource | None) -> tuple[tuple[float, str], ...]:
+    """The sign, and the ratios of units: an airspeed has no other sign."""
+    signs: Sequence[tuple[float, str]] = () if unit == "m/s" else (SIGN,)
+    return *signs, *unit_remedies(unit, source)
+
+
+def _factor(ratio: float) -> str:
+    return f" (a factor of {number(ratio, 4)})"
+
+
+def _declared(unit: str, source: ChannelSource | None) -> tuple[str, float] | None:
+    """The declared unit, by its usual name if it has one, and its size; None where it is unknown or scaled besides."""
+    if source is None or abs(source.scale) != 1.0:
+        return None
+    try:
+        size = conversion(source.unit, unit).factor
+    except UnitProblem:
+        return None
+    usual = ((name, other) for name, other in _UNITS[unit].items() if abs(size / other - 1.0) < _SAME)
+    return next(usual, (source.unit, size))
