@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from aerosid.aircraft.effect_values import made_effect
 from aerosid.aircraft.model import Aircraft
 from aerosid.effects import InputEffect
-from aerosid.errors import AircraftError
+from aerosid.errors import AircraftError, EstimationError
 
 _RANGES: tuple[tuple[str, float, float, str], ...] = (
     ("wing_area", 0.05, 1000.0, "m^2"),
@@ -35,14 +38,30 @@ _SIGNS: tuple[tuple[str, str, int, str], ...] = (
 )
 
 
-def warnings_about(aircraft: Aircraft) -> tuple[str, ...]:
-    """One sentence for each number of the file that a person should look at again."""
+def unusual_numbers(aircraft: Aircraft) -> tuple[str, ...]:
+    """One sentence for each dimension, mass or inertia, and each ratio of them, that no aircraft has."""
     warnings = []
     for name, low, high, unit in _RANGES:
         number = getattr(aircraft, name)
         if number is not None and not low <= number <= high:
             warnings.append(f"{name} = {number:g} {unit} is unusual (mostly {low:g} to {high:g}); is the unit right?")
-    warnings += _unusual_ratios(aircraft)
+    return (*warnings, *_unusual_ratios(aircraft))
+
+
+@contextmanager
+def blamed_on_unusual_numbers(aircraft: Aircraft) -> Iterator[None]:
+    """Within it, an estimation that breaks down says which numbers of the aircraft file may be the reason."""
+    try:
+        yield
+    except EstimationError as error:
+        if not (unusual := unusual_numbers(aircraft)):
+            raise
+        raise EstimationError(f"{error} In the aircraft file {' '.join(unusual)}") from error
+
+
+def warnings_about(aircraft: Aircraft) -> tuple[str, ...]:
+    """One sentence for each number of the file that a person should look at again."""
+    warnings = [*unusual_numbers(aircraft)]
     values = {(entry.coefficient, str(entry.term)): entry.value for entry in aircraft.derivatives}
     for coefficient, term, sign, reason in _SIGNS:
         value = values.get((coefficient, term), 0.0)

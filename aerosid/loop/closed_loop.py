@@ -9,6 +9,7 @@ import numpy as np
 
 import aerosid
 from aerosid.aircraft import Aircraft
+from aerosid.aircraft.plausibility import blamed_on_unusual_numbers, unusual_numbers
 from aerosid.compiled.cores import begun
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import coloured_noise
@@ -109,26 +110,27 @@ def close_loop(
     identification, validation, hold_out = named_apart(identification, validation, hold_out)
     requirement = requirement_for(aircraft, settings.flight_phase, settings.aircraft_class)
     signed = replace(provenance, date=provenance.date or today(), settings=unusual_settings(settings))
-    identified = identify(identification, aircraft, validation, settings, progress, hold_out=hold_out)
-    if identified.found is None or identified.search is None:
-        contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
-        judged(contradicted)
-        return contradicted
-    verdict, leaves = judge(identified.found, identified.manoeuvres, identified.validation)
-    progress("re-estimating with insignificant derivatives fixed")
-    excited = verdict is not Verdict.NOT_EXCITED
-    completion = fix_insignificant(identified.found, identified.aircraft, identified.search, excited=excited)
-    known = _Judged(identified, identified.found, identified.search, verdict, completion, leaves)
-    result = _judged(known, settings, progress, signed)
-    consequences = begun(lambda: _consequences(result, known, requirement, settings))
-    judged(result)
-    pictures = _pictures(known, settings, progress)
-    opinion = identified.second_opinion
-    if opinion is not None and opinion.is_silent and pictures is None and settings.paper_chain:
-        opinion = None  # a model error that cannot be estimated is no witness that nothing is missing
-    result = replace(result, second_opinion=opinion)
-    progress("designing the next flight")
-    return _completed(result, known, pictures, consequences(), settings)
+    with blamed_on_unusual_numbers(aircraft):
+        identified = identify(identification, aircraft, validation, settings, progress, hold_out=hold_out)
+        if identified.found is None or identified.search is None:
+            contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
+            judged(contradicted)
+            return contradicted
+        verdict, leaves = judge(identified.found, identified.manoeuvres, identified.validation)
+        progress("re-estimating with insignificant derivatives fixed")
+        excited = verdict is not Verdict.NOT_EXCITED
+        completion = fix_insignificant(identified.found, identified.aircraft, identified.search, excited=excited)
+        known = _Judged(identified, identified.found, identified.search, verdict, completion, leaves)
+        result = _judged(known, settings, progress, signed)
+        consequences = begun(lambda: _consequences(result, known, requirement, settings))
+        judged(result)
+        pictures = _pictures(known, settings, progress)
+        opinion = identified.second_opinion
+        if opinion is not None and opinion.is_silent and pictures is None and settings.paper_chain:
+            opinion = None  # a model error that cannot be estimated is no witness that nothing is missing
+        result = replace(result, second_opinion=opinion)
+        progress("designing the next flight")
+        return _completed(result, known, pictures, consequences(), settings)
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     others, lowered = known.found.other_derivatives, known.found.lowered
     summary = summarise(known.verdict, effects, tuple(errors), others, lowered, leaves=known.leaves_residual)
     inertia = settings.attribution.inertia
+    unusual = [f"In the aircraft file {warning}" for warning in unusual_numbers(aircraft)]
     patterns = () if known.verdict is Verdict.NOT_EXCITED else notes_on_patterns(rows, errors, aircraft, inertia)
     return ClosedLoop(
         version=aerosid.__version__,
@@ -179,7 +182,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         identification=tuple(manoeuvre.log for manoeuvre in identified.manoeuvres),
         validation=tuple(manoeuvre.log for manoeuvre in identified.validation),
         verdict=known.verdict,
-        summary=" ".join((summary, *patterns)),
+        summary=" ".join((summary, *unusual, *patterns)),
         effects=effects,
         alternatives=alternative_rows(completed),
         derivatives=rows,
