@@ -31,8 +31,10 @@ class Problem(enum.Enum):
     LACKING = "close-loop needs this channel: add the column, or map it in a channel map"
     NO_CONTROL = "no control surface (delta_e ...) is in the log: add the column, or map it in a channel map"
     CONTROL_AT_REST = (
-        "no control surface moves by more than its noise: fly a doublet or a 3-2-1-1, or choose another span"
+        "no control surface moves by more than its noise, nothing is excited: fly a doublet or a 3-2-1-1, or choose "
+        "another span"
     )
+    CONTROL_CONSTANT = "no control surface moves: fly a doublet or a 3-2-1-1, check the sensor, or choose another span"
     NOT_POSITIVE = "it has to be positive: leave those fields empty, correct the column or choose another span"
     CONTROL_HOLE = "no response can be simulated without the control: choose a span without that hole, or fill it"
     TOO_FAST = "no flight recorder samples that fast: correct the unit of time"
@@ -70,7 +72,7 @@ _BLOCKING = frozenset(
         Problem.DEGREES,
         Problem.LACKING,
         Problem.NO_CONTROL,
-        Problem.CONTROL_AT_REST,
+        Problem.CONTROL_CONSTANT,
         Problem.NOT_POSITIVE,
         Problem.CONTROL_HOLE,
         Problem.TOO_FAST,
@@ -271,7 +273,9 @@ def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
     if not controls:
         findings.append(Finding(Problem.NO_CONTROL, "controls"))
     elif not any(control.excitation > QUALITY.excited for control in controls):
-        findings.append(Finding(Problem.CONTROL_AT_REST, ", ".join(control.name for control in controls)))
+        constant = all(control.minimum == control.maximum for control in controls)
+        problem = Problem.CONTROL_CONSTANT if constant else Problem.CONTROL_AT_REST
+        findings.append(Finding(problem, ", ".join(control.name for control in controls)))
     findings += [Finding(Problem.HELPFUL, name, CHANNELS[name].name) for name in HELPFUL if name not in channels]
     return findings
 

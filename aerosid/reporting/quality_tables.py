@@ -160,12 +160,15 @@ def closing_sentence(
     if whole_flight is not None:
         return f"The log cannot be used by close-loop as it is. {whole_flight}", False
     if lacking:
-        at_rest = all(f.problem is Problem.CONTROL_AT_REST for f in quality.findings if f.blocking)
-        still = " It can be predicted with --validate or --hold-out." if at_rest else ""
+        constant = all(f.problem is Problem.CONTROL_CONSTANT for f in quality.findings if f.blocking)
+        still = " It can be predicted with --validate or --hold-out." if constant else ""
         return f"The log cannot be used by close-loop: {' '.join(lacking)}{still}", False
     if agreement is not None and agreement.verdict is Agreement.INCONSISTENT:
         what = "correct the channels named here in the channel map or the log, or choose another span"
         return f"The log cannot be used by close-loop: its channels contradict each other; {what}.", False
+    if resting := [str(f) for f in quality.findings if f.problem is Problem.CONTROL_AT_REST]:
+        little = "The log can be read, but close-loop can identify little or nothing from it"
+        return f"{little}: {' '.join(resting)} It can be predicted with --validate or --hold-out.", True
     if agreement is not None and agreement.verdict is Agreement.CORRECTED:
         return "The log can be used by close-loop, which estimates the instrument errors given here as well.", True
     return "The log can be used by close-loop.", True

@@ -95,7 +95,9 @@ def test_a_log_without_motion_is_refused_in_one_sentence(flight: FlightLog, role
 
 def test_a_frozen_control_is_at_rest_and_one_that_moves_elsewhere_is_not(flight: FlightLog) -> None:
     frozen = changed(flight, delta_e=np.full(flight.samples, 0.02))  # the variance of these numbers is not zero
-    assert any(each.problem is Problem.CONTROL_AT_REST for each in check_log(frozen).findings)
+    (finding,) = check_log(frozen).findings
+    assert finding.problem is Problem.CONTROL_CONSTANT
+    assert finding.blocking
     with pytest.raises(LogError, match=r"no control surface moves \(delta_e is 0.02000 rad throughout\)"):
         require_moving_control([frozen])
     require_moving_control([frozen, flight])  # an oscillation with free controls beside a doublet

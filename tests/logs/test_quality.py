@@ -14,6 +14,7 @@ from aerosid.aircraft.bundled import bundled_folder
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.logs.quality import Finding, Problem, check_log
+from aerosid.reporting.quality_tables import closing_sentence
 
 Arrays = dict[str, NDArray[np.float64]]
 
@@ -138,6 +139,18 @@ def test_a_planted_fault_is_found_and_no_other(spoil: Callable[[Arrays], None], 
     time, channels = good_channels()
     spoil(channels)
     assert found(time, channels) == {(problem, subject)}
+
+
+def test_a_log_whose_controls_rest_can_be_used_as_close_loop_says_that_nothing_is_excited() -> None:
+    time, channels = good_channels()
+    _still(channels)
+    quality = check_log(FlightLog("flight", time, channels))
+    assert quality.usable
+    sentence, usable = closing_sentence(quality, None, None)
+    assert usable
+    assert sentence.startswith(
+        "The log can be read, but close-loop can identify little or nothing from it: delta_e: no"
+    )
 
 
 @pytest.mark.parametrize(
