@@ -429,6 +429,18 @@ def test_the_verdict_is_said_once(verdict: Verdict) -> None:
     assert Page(report_html(made, interactive=False)).text.count(verdict.value) == 1
 
 
+@pytest.mark.parametrize(
+    ("decided_by", "words"), [("equations", "response of the force"), ("likelihood", "likelihood")]
+)
+def test_what_value_and_p_value_of_turbulence_refer_to_is_said(decided_by: str, words: str) -> None:
+    length = Parameter(120.0, None, "m")
+    gust = Effect(1, "gust", "", "", 0.23, 0.02, "m/s", Evidence(None, 1e-9, None, 50.0), parameters={"length": length})
+    made = dataclasses.replace(closed_loop(samples=60), effects=(gust,), decided_by=decided_by)
+    text = Page(report_html(made, interactive=False)).text
+    assert text.count("Its value and ± are of the standard deviation of that wind; its p-value is of ") == 1
+    assert words in text.partition("its p-value is of ")[2].partition(" and does not follow")[0]
+
+
 def test_turbulence_has_one_name() -> None:
     gust = Effect(1, "gust", "", "", 0.232, 0.02, "m/s", Evidence(None, 1e-9, None, 50.0))
     text = Page(report_html(dataclasses.replace(closed_loop(samples=60), effects=(gust,)), interactive=False)).text

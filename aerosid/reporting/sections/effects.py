@@ -21,6 +21,7 @@ def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
         "effects": result.effects,
         "confirmed": confirmed,
         "air": air,
+        "by_response": result.decided_by == "equations",
         "correlated": correlated,
         "validated": any(gain is not None for gain in gains),
     }
