@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NoReturn
 
 from aerosid.errors import UsageError
 
@@ -99,6 +103,44 @@ def _identity(path: Path) -> tuple[int, int] | None:
     return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else None
 
 
+_UNFINISHED: set[Path] = set()
+_MAKING = threading.RLock()
+"""Held while a folder is made, so that none is made behind the back of a thread that ends the process."""
+
+
+@contextmanager
+def unfinished_folder(directory: Path, name: str) -> Iterator[Path]:
+    """A folder of this name in a directory for files that are moved when all are complete; removed behind the block."""
+    folder = directory / f".{name}-{secrets.token_hex(6)}.part"
+    with _MAKING:
+        _UNFINISHED.add(folder)
+        folder.mkdir(mode=0o700)
+    try:
+        yield folder
+    finally:
+        try:
+            shutil.rmtree(folder, ignore_errors=True)
+        finally:
+            # Again: a signal raises an exception wherever the main thread is, here too.
+            shutil.rmtree(folder, ignore_errors=True)
+            _UNFINISHED.discard(folder)
+
+
+def end_process(code: int) -> NoReturn:
+    """End this process at once, from any thread or signal handler, with no unfinished folder left."""
+    with _MAKING:
+        for folder in tuple(_UNFINISHED):
+            for _ in range(_TRIES):
+                shutil.rmtree(folder, ignore_errors=True)
+                if not folder.exists():
+                    break
+        os._exit(code)
+
+
+_TRIES = 10
+"""Numerical: times that a folder is removed into which another thread may still be writing."""
+
+
 def write_files(directory: Path, writers: Mapping[str, Writer]) -> tuple[Path, ...]:
     """The paths of the files written.
 
@@ -115,19 +157,17 @@ def write_files(directory: Path, writers: Mapping[str, Writer]) -> tuple[Path, .
         Where the folder cannot be made or written.
     """
     require_folder(directory)
-    temporary = Path(tempfile.mkdtemp(prefix=".files-", suffix=".part", dir=directory))
     try:
-        for name, write in writers.items():
-            write(temporary / name)
-        for name in writers:
-            if (directory / name).is_dir():
-                raise IsADirectoryError(0, f"{name} is a folder there")
-        for name in writers:
-            os.replace(temporary / name, directory / name)
+        with unfinished_folder(directory, "files") as temporary:
+            for name, write in writers.items():
+                write(temporary / name)
+            for name in writers:
+                if (directory / name).is_dir():
+                    raise IsADirectoryError(0, f"{name} is a folder there")
+            for name in writers:
+                os.replace(temporary / name, directory / name)
     except OSError as error:
         raise _unwritable(directory, error) from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
     return tuple(directory / name for name in writers)
 
 

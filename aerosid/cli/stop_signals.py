@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import NoReturn
 
+from aerosid.file_set import end_process
+
 INTERRUPTED, TERMINATED = 130, 143
 """Standard: exit codes of a process that SIGINT and SIGTERM end, 128 and the number of the signal."""
 
@@ -99,4 +101,4 @@ def _end(told: Termination) -> NoReturn:
     code, word = (TERMINATED, b"terminated") if told.requested else (INTERRUPTED, b"interrupted")
     with contextlib.suppress(OSError):
         os.write(sys.stderr.fileno(), b"aerosid: " + word + b" before everything was tidied up.\n")
-    os._exit(code)
+    end_process(code)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +10,7 @@ from pathlib import Path
 from aerosid.aircraft import save_aircraft
 from aerosid.compiled.cores import available, begun, on_cores
 from aerosid.errors import AircraftError, UsageError
-from aerosid.file_set import require_apart
+from aerosid.file_set import require_apart, unfinished_folder
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.page import Report, compose, report_html
 from aerosid.reporting.result_json import result_text
@@ -60,26 +58,23 @@ def write_report(
     inputs = (path for path in (result.aircraft.path, *(log.path for log in logs)) if path)
     require_apart((directory / name for name in FILES), inputs)
     made = _make(directory)
-    temporary: Path | None = None
     try:
-        temporary = Path(tempfile.mkdtemp(prefix=".report-", suffix=".part", dir=directory))
-        report = compose(result)
-        paper = paper or _beside(lambda: _printed(result, report))
-        for name, text_of in TEXTS.items():
-            text = text_of(result)
-            if text is not None:
-                _write(temporary / name, text)
-        _write(temporary / PAGE, report_html(result, report, interactive=interactive))
-        (temporary / PAPER).write_bytes(paper())
-        save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
-        written = _move(temporary, directory)
+        with unfinished_folder(directory, "report") as temporary:
+            report = compose(result)
+            paper = paper or _beside(lambda: _printed(result, report))
+            for name, text_of in TEXTS.items():
+                text = text_of(result)
+                if text is not None:
+                    _write(temporary / name, text)
+            _write(temporary / PAGE, report_html(result, report, interactive=interactive))
+            (temporary / PAPER).write_bytes(paper())
+            save_aircraft(result.completed_aircraft, temporary / COMPLETED_AIRCRAFT)
+            written = _move(temporary, directory)
     except OSError as error:
         raise _unwritable(directory, error.strerror or str(error)) from None
     except AircraftError as error:
         raise _unwritable(directory, str(error)) from None
     finally:
-        if temporary is not None:
-            shutil.rmtree(temporary, ignore_errors=True)
         for folder in made:
             if not any(folder.iterdir()):
                 folder.rmdir()

@@ -26,6 +26,7 @@ from dataclasses import dataclass
 
 from aerosid.compiled.cores import available
 from aerosid.errors import AerosidError, EstimationError, UsageError
+from aerosid.file_set import end_process
 from aerosid.loop.blas_threads import one_blas_thread
 from aerosid.studies.journal import Journal, Row
 from aerosid.studies.settings import WORKERS
@@ -273,7 +274,7 @@ def end_with_parent() -> None:
 
     def watch() -> None:
         wait_for([parent.sentinel])
-        os._exit(1)
+        end_process(1)
 
     threading.Thread(target=watch, daemon=True).start()
 

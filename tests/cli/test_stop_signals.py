@@ -110,6 +110,61 @@ def test_a_second_signal_ends_the_process_at_once(number: signal.Signals, code: 
     assert "Traceback" not in told
 
 
+WRITING = """
+import signal, sys, time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from aerosid.cli.stop_signals import unless_ended
+from aerosid.file_set import unfinished_folder
+from aerosid.studies.workers import end_with_parent
+def write(place):
+    with unfinished_folder(Path(place), "report") as folder:
+        for count in range(6000):
+            (folder / str(count)).write_text("begun")
+            try:
+                time.sleep(0.01)
+            except KeyboardInterrupt:
+                pass  # as of what does not end for a first signal
+def run(_told):
+    if sys.argv[1] == "here":
+        write(".")
+    else:
+        with ProcessPoolExecutor(1, get_context("spawn"), initializer=end_with_parent) as executor:
+            future = executor.submit(write, ".")
+            while not future.done():
+                try:
+                    time.sleep(0.01)
+                except KeyboardInterrupt:
+                    pass
+    return 0
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.exit(unless_ended(run)[0])
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("writer", ["here", "worker"])
+def test_a_second_signal_leaves_no_unfinished_folder(writer: str, tmp_path: Path) -> None:
+    program = tmp_path / "writing.py"
+    program.write_text(WRITING)
+    with subprocess.Popen(
+        (sys.executable, str(program), writer), cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True,
+        stderr=subprocess.PIPE,
+    ) as run:  # fmt: skip
+        while not list(tmp_path.glob(".report-*.part/1*")):
+            assert run.poll() is None
+            time.sleep(0.02)
+        run.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+        run.send_signal(signal.SIGINT)
+        _, told = run.communicate(timeout=20)  # until the worker has closed it too
+    assert run.returncode == 130
+    assert told.startswith("aerosid: interrupted before everything was tidied up.\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["writing.py"]
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
 @pytest.mark.parametrize("second", [None, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_a_study_ends_with_its_workers(second: float | None, tmp_path: Path) -> None:
