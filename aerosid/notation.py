@@ -67,9 +67,9 @@ def plain(value: float | None, digits: int = 6) -> str:
     return body + times + power
 
 
-def p_value(value: float) -> str:
-    """A probability as engineers read it: below 10⁻¹² only its smallness is known."""
-    if not math.isfinite(value):
+def p_value(value: float | None) -> str:
+    """A probability as engineers read it: below 10⁻¹² only its smallness is known; a dash for none."""
+    if value is None or not math.isfinite(value):
         return MISSING
     return "< 10⁻¹²" if value < 1e-12 else number(value, 2)
 

@@ -64,4 +64,5 @@ def test_units_probabilities_and_lists() -> None:
     assert si_unit("kg/m^3") == "kg/m³"
     assert si_unit("1") == ""
     assert p_value(1e-40) == "< 10⁻¹²"
+    assert p_value(None) == p_value(float("nan"))
     assert [listed(items) for items in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]

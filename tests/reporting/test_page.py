@@ -447,3 +447,9 @@ def test_turbulence_has_one_name() -> None:
     decision = text.partition("Effects missing from the declared model")[2].partition("Error before and after")[0]
     assert "vertical turbulence" in decision
     assert "gust" not in decision
+
+
+def test_a_simulation_that_leaves_its_range_has_a_dash_for_its_whiteness() -> None:
+    made = closed_loop(samples=60)
+    fit = tuple(dataclasses.replace(row, r2=None, theil=None, whiteness=None) for row in made.fit)
+    assert report_html(dataclasses.replace(made, fit=fit), interactive=False)
