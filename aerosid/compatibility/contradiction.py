@@ -72,10 +72,15 @@ def _contradiction(recording: Recording, settings: ContradictionSettings) -> Con
         unit = _height_unit(windows, settings, misfits)
     if unit is not None:
         return unit
-    if contradicting or suspect:
+    first = contradicting or suspect
+    if first:
         # A time delay, lag or scale factor error of an instrument is no contradiction.
-        contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, contradicting or suspect)
-    return _diagnosed(windows, settings, misfits, contradicting, suspect) if contradicting or suspect else None
+        contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, first)
+    if not (contradicting or suspect):
+        return None
+    # Told is what is unexplained as recorded: of a channel that is believed too much others show it.
+    misfit = max(misfits[name][0] for name in {*first, *contradicting, *suspect})
+    return _diagnosed(windows, settings, misfit, contradicting, suspect)
 
 
 def _airspeed_unit(
@@ -283,13 +288,12 @@ def _suspect_outputs(
 def _diagnosed(
     windows: Recording,
     settings: ContradictionSettings,
-    misfits: dict[str, tuple[float, float]],
+    misfit: float,
     contradicting: tuple[str, ...],
     suspect: tuple[str, ...],
 ) -> Contradiction | None:
     """The contradiction with the inconsistent channel and its remedy, where these can be identified."""
     suspects = contradicting or suspect
-    misfit = max(misfits[name][0] for name in suspects)
     inconsistent = _single_inconsistent_output(windows, settings)
     if inconsistent is None:
         channels: tuple[str, ...] = DRIVING
