@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,7 +62,8 @@ class Problem(enum.Enum):
     DEGREES = "the value is too large for an aircraft: it is in degrees and read as radians, correct its unit"
     ANGLE_SIGN = "theta' and q have opposite signs: correct one of them in a channel map"
     CONTROL_SIGN = (
-        "q increases with delta_e, but positive is trailing edge down: correct one of the signs in a channel map"
+        "q increases with delta_e, but positive is trailing edge down: correct one of the signs, or a late clock, in a "
+        "channel map"
     )
     LOAD_FACTOR = "the mean of a_z is not about -9.81 m/s^2: check its unit, sign and offset (specific force, z down)"
 
@@ -268,7 +270,7 @@ def _channel_quality(log: FlightLog, name: str) -> ChannelQuality:
 def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
     """Channels that close-loop requires and the log lacks."""
     there = {name for name, channel in channels.items() if channel.missing < 1.0}
-    findings = [Finding(Problem.LACKING, name, CHANNELS[name].name) for name in NEEDED if name not in there]
+    findings = [Finding(Problem.LACKING, name, _lacking(name, there)) for name in NEEDED if name not in there]
     controls = [channels[name] for name in there if name.startswith("delta_")]
     if not controls:
         findings.append(Finding(Problem.NO_CONTROL, "controls"))
@@ -278,6 +280,12 @@ def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
         findings.append(Finding(problem, ", ".join(control.name for control in controls)))
     findings += [Finding(Problem.HELPFUL, name, CHANNELS[name].name) for name in HELPFUL if name not in channels]
     return findings
+
+
+def _lacking(name: str, there: Collection[str]) -> str:
+    """The channel's meaning, and the channel of the log that differs in capital letters alone."""
+    alike = next((other for other in there if other.lower() == name.lower()), None)
+    return f"{CHANNELS[name].name}; is {alike} meant?" if alike else CHANNELS[name].name
 
 
 def _sampling_findings(log: FlightLog, gaps: tuple[tuple[float, float], ...], unevenness: float) -> list[Finding]:

@@ -23,7 +23,7 @@ from recordings import recording
 
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.cli.main import main
-from aerosid.errors import AerosidError
+from aerosid.errors import AerosidError, LogError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import FORMATS, read_log
 from aerosid.logs.formats.units import UnitProblem, conversion
@@ -407,3 +407,13 @@ def test_every_format_is_described() -> None:
     for entry in FORMATS.values():
         assert entry.description
         assert all(suffix.startswith(".") for suffix in entry.suffixes)
+
+
+@pytest.mark.parametrize(("separator", "words"), [(";", "semicolons"), ("\t", "tabs")])
+def test_a_header_with_other_separators_is_told_with_the_way_to_read_it(
+    separator: str, words: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "flight.csv"
+    path.write_text(separator.join(("time [s]", "V [m/s]")) + f"\n0,0{separator}100,5\n")
+    with pytest.raises(LogError, match=f"separates its columns by {words}.* `aerosid channels` propose"):
+        read_log(path)

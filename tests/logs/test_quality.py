@@ -255,3 +255,10 @@ def test_unit_mistake_in_a_real_header_is_noticed(tmp_path: Path) -> None:
     )
     problems = {finding.problem for finding in check_log(read_log(path, channel_map)).findings}
     assert Problem.ANGLE_UNIT in problems
+
+
+def test_a_channel_that_differs_in_capital_letters_alone_is_named() -> None:
+    time, channels = good_channels()
+    channels["Alpha"] = channels.pop("alpha")
+    (finding,) = findings(time, channels)
+    assert finding.detail == "angle of attack; is Alpha meant?"

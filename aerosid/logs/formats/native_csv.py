@@ -67,6 +67,9 @@ def _header_text(raw: bytes, line: int, path: str) -> str:
         ) from None
 
 
+_OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+
+
 def _parse_header(header: str, line: int, path: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     fields = [field.strip().strip('"').strip() for field in header.split(",")]
     if not header.strip() or all(is_number(field) for field in fields):
@@ -80,6 +83,12 @@ def _parse_header(header: str, line: int, path: str) -> tuple[tuple[str, ...], t
     for column, field in enumerate(fields, start=1):
         match = _FIELD.fullmatch(field)
         if match is None:
+            if separator := next((words for sign, words in _OTHER_SEPARATORS.items() if sign in field), None):
+                raise LogError(
+                    f"{path}: line {line} separates its columns by {separator}, but a log without a channel map has "
+                    "commas, and decimal points; let `aerosid channels` propose a channel map, and give it with "
+                    "--channels."
+                )
             raise LogError(
                 f"{path}: line {line}, column {column} is headed {shown(field)}, but `name [unit]` was expected; "
                 "add the unit ([1] where there is none), or read the file through a channel map."
