@@ -140,8 +140,8 @@ def prepare_flights(
     require_computable(logs, unseen, aircraft.axes.required)
     plain, candidates = declared_with_candidates(logs, unseen[: len(validation)], aircraft)
     manoeuvres, predicted = (tuple(prepare(log, aircraft, plain.columns) for log in part) for part in (logs, unseen))
-    require_sampled_motion(plain, (*manoeuvres, *predicted))
     given = tuple(declared_effects(aircraft, controls_of(plain), manoeuvres))
+    require_sampled_motion(plain, (*manoeuvres, *predicted))
     others, held_out = predicted[: len(validation)], predicted[len(validation) :]
     declared = with_columns_of(plain, given)
     problem = IdentificationProblem(aircraft, declared, given, candidates, manoeuvres, others, held_out)
