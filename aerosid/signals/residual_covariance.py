@@ -143,16 +143,17 @@ def _block_length(rows: FloatArray, residual: FloatArray) -> int:
 
     No more than leave enough blocks, and each column of `rows` (N, m) its energy.
     """
-    length, energy = 1, np.sum(rows**2, axis=0)
+    length, means, energy = 1, residual, np.sum(rows**2, axis=0)
     while True:
-        means = _block_means(residual, length)
         measured, count = autocovariance(means, COLOUR.highest_order), int(np.isfinite(means).sum())
         order = _order(measured, count)
         if _levinson(measured, order)[1][order] >= COLOUR.least_innovation * measured[0]:
             return length
         longer = length + max(1, length // 3)
         kept = longer * np.sum(_block_means(rows, longer) ** 2, axis=0)
-        if residual.size < COLOUR.fewest_blocks * longer or np.any(kept < COLOUR.kept_energy * energy):
+        means = _block_means(residual, longer)
+        # Blocks are whole: of a record with many missing samples few are.
+        if np.isfinite(means).sum() < COLOUR.fewest_blocks or np.any(kept < COLOUR.kept_energy * energy):
             return length
         length = longer
 

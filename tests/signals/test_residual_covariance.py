@@ -11,6 +11,7 @@ from scipy import linalg, signal
 from aerosid.signals.noise import autocovariance
 from aerosid.signals.residual_covariance import (
     ResidualCovariance,
+    _block_length,
     _extend,
     _levinson,
     _noise_autocovariances,
@@ -18,6 +19,7 @@ from aerosid.signals.residual_covariance import (
     coloured_covariance,
     coloured_covariance_groups,
 )
+from aerosid.signals.settings import COLOUR
 
 
 def autoregressive(rng: np.random.Generator, coefficients: list[float], count: int) -> np.ndarray:
@@ -221,6 +223,16 @@ def test_corrected_errors_are_those_of_noise_that_a_recorder_or_a_smoother_leave
         ratios.append(estimate / np.sqrt(np.diag(found.corrected)))
     # Of 360 ratios whose standard errors scatter by a tenth: 1.01, known to 0.05.
     assert 0.88 < float(np.sqrt(np.mean(np.square(ratios)))) < 1.16
+
+
+def test_blocks_are_no_longer_than_leave_enough_whole_ones() -> None:
+    rng = np.random.default_rng(12)
+    residual = signal.lfilter(*signal.butter(2, 0.05), rng.standard_normal(1000))
+    regressors = signal.lfilter(*signal.butter(2, 0.005), rng.standard_normal((1000, 2)), axis=0)
+    assert _block_length(regressors, residual) > 5
+    assert residual.size // _block_length(regressors, residual) >= COLOUR.fewest_blocks
+    residual[rng.random(1000) < 0.7] = np.nan
+    assert _block_length(regressors, residual) == 1
 
 
 @pytest.mark.slow
