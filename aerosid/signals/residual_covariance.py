@@ -105,37 +105,32 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
     measured = [autocovariance(r, r.size - 1) for r in residuals]
     published = _sandwich(inverse, rows, weights, measured)
     white_noise = _noise_autocovariances(rows, weights, masks, inverse, measured, [0] * len(rows))
-    corrected, orders = _corrected(rows, residuals, weights, masks, inverse)
+    corrected = white = _sandwich(inverse, rows, weights, white_noise)
+    lengths = [_block_length(x, r) for x, r in zip(rows, residuals, strict=True)]
+    if max(lengths) > 1:
+        rows, residuals, weights, masks = _in_blocks(rows, residuals, weights, lengths)
+        inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
+        measured = [autocovariance(r, r.size - 1) for r in residuals]
+    orders = [_order(r, int(mask.sum())) for r, mask in zip(measured, masks, strict=True)]
+    if max(lengths) > 1 or any(orders):
+        noise = _noise_autocovariances(rows, weights, masks, inverse, measured, orders)
+        corrected = _sandwich(inverse, rows, weights, noise)
     units = np.outer(scale, scale)
     return ResidualCovariance(
-        white=_sandwich(inverse, rows, weights, white_noise) / units,
-        published=published / units,
-        corrected=corrected / units,
-        orders=orders,
+        white=white / units, published=published / units, corrected=corrected / units, orders=tuple(orders)
     )
 
 
-def _corrected(
-    rows: list[FloatArray],
-    residuals: list[FloatArray],
-    weights: list[float],
-    masks: list[NDArray[np.bool_]],
-    inverse: FloatArray,
-) -> tuple[FloatArray, tuple[int, ...]]:
-    """The corrected covariance (m, m), and the order of each group's noise model."""
-    lengths = [_block_length(x, r) for x, r in zip(rows, residuals, strict=True)]
-    if max(lengths) > 1:
-        rows = [_block_means(x, length) for x, length in zip(rows, lengths, strict=True)]
-        residuals = [_block_means(r, length) for r, length in zip(residuals, lengths, strict=True)]
-        masks = [np.isfinite(r) for r in residuals]
-        rows = [np.where(mask[:, None], x, 0.0) for x, mask in zip(rows, masks, strict=True)]
-        # A sum over samples is one over blocks as often as a block has samples.
-        weights = [w * length for w, length in zip(weights, lengths, strict=True)]
-        inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
-    measured = [autocovariance(r, r.size - 1) for r in residuals]
-    orders = [_order(r, int(mask.sum())) for r, mask in zip(measured, masks, strict=True)]
-    noise = _noise_autocovariances(rows, weights, masks, inverse, measured, orders)
-    return _sandwich(inverse, rows, weights, noise), tuple(orders)
+def _in_blocks(
+    rows: list[FloatArray], residuals: list[FloatArray], weights: list[float], lengths: list[int]
+) -> tuple[list[FloatArray], list[FloatArray], list[float], list[NDArray[np.bool_]]]:
+    """Groups averaged over blocks of so many samples each, as of `_checked`."""
+    residuals = [_block_means(r, length) for r, length in zip(residuals, lengths, strict=True)]
+    masks = [np.isfinite(r) for r in residuals]
+    means = [_block_means(x, length) for x, length in zip(rows, lengths, strict=True)]
+    rows = [np.where(mask[:, None], x, 0.0) for x, mask in zip(means, masks, strict=True)]
+    # A sum over samples is one over blocks as often as a block has samples.
+    return rows, residuals, [w * length for w, length in zip(weights, lengths, strict=True)], masks
 
 
 def _block_length(rows: FloatArray, residual: FloatArray) -> int:
