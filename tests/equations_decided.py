@@ -12,7 +12,8 @@ from aerosid.aircraft.declared_model import declared_model
 from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.regular_recordings import read_recordings
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import coefficients_of_all
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors, identify_instrument_errors
 from aerosid.equation_error.settings import EquationErrorSettings

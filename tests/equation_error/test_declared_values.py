@@ -14,7 +14,8 @@ from numpy.testing import assert_allclose
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.declared_values import FACTORS, DeclaredUnknowns, DeclaredValues
-from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, NOTHING, aircraft_of, flown

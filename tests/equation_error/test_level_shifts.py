@@ -9,7 +9,8 @@ from problems import with_channels
 
 from aerosid.aircraft import load_aircraft
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.level_shifts import (
     as_hypotheses,

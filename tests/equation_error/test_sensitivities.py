@@ -19,13 +19,13 @@ from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.regression.estimate import (
     CLOSE,
     Estimate,
-    RegressionProblem,
     effect_sensitivities,
     estimate,
     linear_values,
     maximise_likelihood,
 )
 from aerosid.equation_error.regression.parameter_limits import free_parameters
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,

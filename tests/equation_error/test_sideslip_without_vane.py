@@ -19,7 +19,8 @@ from aerosid.equation_error.equations.kinematic import predicted_records, recons
 from aerosid.equation_error.equations.points import Equations, Point
 from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.regression.design import design_of
-from aerosid.equation_error.regression.estimate import RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,23 +12,18 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.equations.gust_response import GustResponse
-from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
-from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.regression.declared_values import DeclaredValues
+from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.design import (
     Design,
     Solution,
     Weights,
-    design_of,
     regress,
     solve,
     uses_no_instruments,
 )
-from aerosid.equation_error.regression.expected_values import gust_responses_among
 from aerosid.equation_error.regression.gain import gain_over
 from aerosid.equation_error.regression.parameter_limits import free_parameters, solved_within_limits
-from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.terms import LIFT
 
@@ -54,66 +49,6 @@ FAITHFUL = 0.75
 
 REACHED = 0.01
 """Numerical: gain in ln L that a step predicts, a seventh of one parameter's deviation, below which it is not taken."""
-
-
-@dataclass(frozen=True)
-class RegressionProblem:
-    """Some equations of some records, with the settings of their regression.
-
-    `all_fitted`: whether coefficients are regressed on the validation records too. `declared`: a-priori values of
-    derivatives, with which estimates may disagree. `gust_responses`: a-priori responses of coefficients to gusts.
-    """
-
-    recordings: tuple[Recording, ...]
-    kinds: tuple[str, ...]
-    settings: EquationErrorSettings
-    all_fitted: bool = False
-    declared: DeclaredValues | None = None
-    gust_responses: Mapping[str, GustResponse] = field(default_factory=dict)
-
-    @cached_property
-    def _equations(self) -> Equations:
-        return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
-
-    def acting(self, point: Point) -> Point:
-        """The point without effects of records whose coefficients are not compared: they are not identifiable here."""
-        if self.all_fitted or self.kinds != COEFFICIENT:
-            return point
-        names = {recording.name for recording in self.recordings if recording.fitted}
-        effects = tuple(active for active in point.effects if not (active.values and active.log) or active.log in names)
-        return point if len(effects) == len(point.effects) else replace(point, effects=effects)
-
-    def segments(self, point: Point) -> list[Segment]:
-        """The equations at a point."""
-        return self._equations.at(point)
-
-    def design(self, point: Point) -> Design:
-        """The regression at a point. Kinematic equations have the same columns at all points, and are stacked once."""
-        segments = self.segments(point)
-        if any(each.equation in COEFFICIENT for each in segments):
-            return self.with_prior_knowledge(design_of(segments, self.settings))
-        names = tuple((each.recording, each.equation) for each in segments)
-        if names not in self._kinematic:
-            self._kinematic[names] = design_of(segments, self.settings)
-        return replace(self._kinematic[names], target=np.concatenate([each.target for each in segments]))
-
-    def with_prior_knowledge(self, design: Design) -> Design:
-        """A design with the a-priori values of its unknowns and of their relations."""
-        declared = None if self.declared is None else self.declared.among(design.unknowns)
-        return replace(design, declared=declared, expected=gust_responses_among(self.gust_responses, design.unknowns))
-
-    @cached_property
-    def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:
-        return {}
-
-    def residuals(
-        self, point: Point, values: Mapping[Unknown, float], log: str = "", elsewhere: Array | None = None
-    ) -> Array:
-        """Residuals (R,) of coefficient equations at a point for given linear unknowns.
-
-        `log`: the only record whose residuals differ from those `elsewhere`, (R,); by default all.
-        """
-        return self._equations.residuals(point, values, log, elsewhere)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.design import Weights
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 

@@ -9,7 +9,8 @@ from enum import Enum, auto
 
 from aerosid.compiled.cores import NumberSeenByCopies, both
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, estimate
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.cross_validation import (

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.design import design_of
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 
 Array = NDArray[np.float64]

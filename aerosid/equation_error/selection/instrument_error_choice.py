@@ -14,11 +14,8 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects import frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.estimate import (
-    Estimate,
-    RegressionProblem,
-    estimate,
-)
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     effect_candidates,

@@ -20,14 +20,9 @@ from aerosid.equation_error.equations.recording import has_inertial_path
 from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.equations.sensors import position
 from aerosid.equation_error.regression.design import whiten
-from aerosid.equation_error.regression.estimate import (
-    Estimate,
-    RegressionProblem,
-    effect_sensitivities,
-    estimate,
-    linear_values,
-)
+from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
 from aerosid.equation_error.regression.parameter_limits import free_parameters
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import coefficients_of_all
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import with_replacements

@@ -18,12 +18,8 @@ from aerosid.compiled.cores import both
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import Weights
-from aerosid.equation_error.regression.estimate import (
-    Estimate,
-    RegressionProblem,
-    estimate,
-    maximise_likelihood,
-)
+from aerosid.equation_error.regression.estimate import Estimate, estimate, maximise_likelihood
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates

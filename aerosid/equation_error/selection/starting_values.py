@@ -21,7 +21,8 @@ from aerosid.equation_error.equations.instrumental_variables import CONTROLS
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.design import design_of, regress
-from aerosid.equation_error.regression.estimate import Estimate, RegressionProblem, effect_sensitivities
+from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities
+from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.step_change_scores import step_change_scores
 
