@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
@@ -75,8 +76,19 @@ def finely_lagged(time: Array, values: Array, constant: float) -> Array:
 
 
 def late(time: Array, values: Array, delay: float) -> Array:
-    """A signal some time later."""
+    """What is linear between samples, as a surface here, some time later."""
     return np.interp(time - delay, time, values)
+
+
+def sensed_late(time: Array, values: Array, delay: float) -> Array:
+    """A motion, smooth between samples, some time later: interpolated linearly it would be low-passed as well."""
+    return np.asarray(CubicSpline(time, values)(np.maximum(time - delay, time[0])))
+
+
+def sensed_lagging(time: Array, values: Array, constant: float) -> Array:
+    """A motion, smooth between samples, through a first-order lag."""
+    fine = np.linspace(time[0], time[-1], 1 + (time.size - 1) * 8)
+    return np.interp(time, fine, lagged(fine, CubicSpline(time, values)(fine), constant))
 
 
 def rate_limited(time: Array, values: Array, rate: float) -> Array:

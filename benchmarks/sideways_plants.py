@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.plants import finely_lagged, late, rate_limited
+from benchmarks.plants import finely_lagged, late, rate_limited, sensed_lagging, sensed_late
 
 Array = NDArray[np.float64]
 Changed = Callable[[Array, Array], Array]
@@ -75,6 +75,14 @@ def _scaled(by: float, _time: Array, values: Array) -> Array:
 
 def _lagging(constant: float, time: Array, values: Array) -> Array:
     return finely_lagged(time, values, constant)
+
+
+def _sensed_lagging(constant: float, time: Array, values: Array) -> Array:
+    return sensed_lagging(time, values, constant)
+
+
+def _sensed_late(delay: float, time: Array, values: Array) -> Array:
+    return sensed_late(time, values, delay)
 
 
 def _late(delay: float, time: Array, values: Array) -> Array:
@@ -174,9 +182,9 @@ def _of_sensors(size: float, sign: float, span: float) -> tuple[SidePlant, ...]:
         made.append(_faulty("scale", channel, partial(_scaled, 1.0 + SCALE[channel] * s)))
     for channel, timing in TIMING.items():
         near = (("sensor_lag", channel, ""), ("sensor_position", channel, ""))
-        made.append(_faulty("delay", channel, partial(_late, timing * size), near))
+        made.append(_faulty("delay", channel, partial(_sensed_late, timing * size), near))
         near = (("sensor_delay", channel, ""), ("sensor_position", channel, ""))
-        made.append(_faulty("lag", channel, partial(_lagging, timing * size), near))
+        made.append(_faulty("lag", channel, partial(_sensed_lagging, timing * size), near))
     for channel, label, at in (
         ("beta", "ahead", (0.25 * span * size, 0.0, 0.0)),
         ("beta", "on a boom", (0.3 * span * size, 0.0, -0.025 * span)),

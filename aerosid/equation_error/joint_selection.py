@@ -29,6 +29,7 @@ from aerosid.equation_error.selection.joint_time_delays import (
     with_errors_held,
 )
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
+from aerosid.equation_error.selection.lag_exchange import resolve_lag_exchange
 from aerosid.equation_error.selection.penalties import Label, criterion_for
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
@@ -82,6 +83,7 @@ def selected_jointly(
             return selected_jointly(errors, others, coefficients, values, near)
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
+    search, structure = resolve_lag_exchange(search, structure)
     return JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
 
 

@@ -7,7 +7,8 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from aerosid.equation_error.regression.coloured_regression import Colour, colour_of, likeliest_colour
-from aerosid.equation_error.regression.design import Design, Weights, log_likelihoods, regress, solve
+from aerosid.equation_error.regression.design import Design, Weights
+from aerosid.equation_error.regression.least_squares import log_likelihoods, regress, solve
 from aerosid.equation_error.regression.residual_colours import Coloured, ColourGroups, coloured
 from aerosid.equation_error.settings import EquationErrorSettings
 

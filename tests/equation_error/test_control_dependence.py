@@ -14,8 +14,9 @@ from scipy.stats import f as variance_ratio
 
 from aerosid.equation_error.equations.instrumental_variables import responses_to_controls, trends_in_band
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.regression.design import Weights, solve
+from aerosid.equation_error.regression.design import Weights
 from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.least_squares import solve
 from aerosid.equation_error.selection.control_dependence import (
     DEPENDENCE,
     ControlDependence,

@@ -8,7 +8,7 @@ from equations_decided import decided
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import solve
+from aerosid.equation_error.regression.least_squares import solve
 from aerosid.equation_error.selection.candidates import term_candidates
 from aerosid.equation_error.selection.damping_collinearity import (
     DAMPING,

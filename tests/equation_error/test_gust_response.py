@@ -16,8 +16,9 @@ from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.equation_error.equations.gust_response import expected_gust_responses
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.regression.design import Design, Weights, regress, solve
+from aerosid.equation_error.regression.design import Design, Weights
 from aerosid.equation_error.regression.expected_values import ExpectedValues, gust_responses_among
+from aerosid.equation_error.regression.least_squares import regress, solve
 from aerosid.flight_model.terms import parse_term
 from benchmarks.turbulent_flights import BODIES, aircraft_of, flown
 

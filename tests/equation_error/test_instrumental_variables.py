@@ -7,8 +7,9 @@ from scipy.signal import lfilter
 
 from aerosid.equation_error.equations.instrumental_variables import laguerre_functions
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.regression.design import Design, Solution, Weights, regress, solve
+from aerosid.equation_error.regression.design import Design, Weights
 from aerosid.equation_error.regression.gain import gain_over
+from aerosid.equation_error.regression.least_squares import Solution, regress, solve
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.stats import binom, chi2
 
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.regression.design import Design, Solution, Weights, solve
+from aerosid.equation_error.regression.design import Design, Weights
+from aerosid.equation_error.regression.least_squares import Solution, solve
 from aerosid.equation_error.regression.moderated_test import moderated_p_value, usual_freedom
 from aerosid.equation_error.settings import DEVIATIONS
 from benchmarks.turbulent_false_alarms import pair

@@ -12,7 +12,8 @@ from scipy.optimize import lsq_linear
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_lag
 from aerosid.effects.sensor import sensor_bias
-from aerosid.equation_error.regression.design import Design, Solution, solve, white_weights
+from aerosid.equation_error.regression.design import Design, white_weights
+from aerosid.equation_error.regression.least_squares import Solution, solve
 from aerosid.equation_error.regression.parameter_limits import solved_within_limits
 
 ROWS, TERMS, FAR = 60, 3, 1e3

@@ -11,8 +11,9 @@ from scipy.stats import binom
 
 from aerosid.equation_error.equations.instrumental_variables import instrumental_variables
 from aerosid.equation_error.regression.coloured_regression import colour_of
-from aerosid.equation_error.regression.design import Weights, solve
+from aerosid.equation_error.regression.design import Weights
 from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.regression.least_squares import solve
 from aerosid.equation_error.regression.related_problems import as_compared
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.cross_validation import fits_of

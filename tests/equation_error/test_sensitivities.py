@@ -15,7 +15,6 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import frozen
 from aerosid.effects.step_change import step_change
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import solve
 from aerosid.equation_error.regression.estimate import (
     CLOSE,
     Estimate,
@@ -24,6 +23,7 @@ from aerosid.equation_error.regression.estimate import (
     linear_values,
     maximise_likelihood,
 )
+from aerosid.equation_error.regression.least_squares import solve
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.candidates import with_hypothesis

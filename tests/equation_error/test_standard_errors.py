@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.linalg import sqrtm
 from scipy.signal import lfilter
 
-from aerosid.equation_error.regression.design import Design, Solution, regress, solve, white_weights
+from aerosid.equation_error.regression.design import Design, white_weights
+from aerosid.equation_error.regression.least_squares import Solution, regress, solve
 from aerosid.equation_error.regression.standard_errors import (
     CR2,
     block_deletion_changes,

@@ -9,7 +9,7 @@ from equations_decided import decided, questioned
 
 from aerosid.effects import frozen
 from aerosid.equation_error.equations.points import value_of
-from aerosid.equation_error.regression.design import solve
+from aerosid.equation_error.regression.least_squares import solve
 from aerosid.logs.flight_log import FlightLog
 from aerosid.search.equation_error_attribution import attribute_by_equations
 

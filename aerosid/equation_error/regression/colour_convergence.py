@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aerosid.equation_error.regression.design import residual_weights, solve
+from aerosid.equation_error.regression.design import residual_weights
 from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.least_squares import solve
 
 ROUNDS = 20
 """Numerical: times at most that terms and colours are estimated in turn."""

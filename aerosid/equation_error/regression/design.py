@@ -20,7 +20,7 @@ from aerosid.equation_error.regression.coloured_regression import (
 )
 from aerosid.equation_error.regression.declared_values import DeclaredUnknowns
 from aerosid.equation_error.regression.expected_values import ExpectedValues
-from aerosid.equation_error.regression.inverse_information import inverse_of_shown
+from aerosid.equation_error.regression.output_density import OutputDensity
 from aerosid.equation_error.regression.residual_colours import Coloured, ColourGroups, coloured
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.flight_model.aerodynamics import CONSTANT
@@ -52,6 +52,8 @@ class Design:
         Unknowns with a-priori values, whose disagreement with the estimates reduces ln L.
     expected : ExpectedValues, optional
         A-priori relations between unknowns, which inform the estimates.
+    density : OutputDensity, optional
+        Determinant by which the residuals' density becomes that of the recorded motion.
     """
 
     segments: tuple[tuple[int, str], ...]
@@ -65,6 +67,7 @@ class Design:
     instruments: tuple[Array | None, ...]
     declared: DeclaredUnknowns | None = None
     expected: ExpectedValues | None = None
+    density: OutputDensity | None = None
 
     def rows(self, segment: int) -> slice:
         """The rows of a segment."""
@@ -112,6 +115,7 @@ class Design:
             self.instruments,
             self.declared,
             self.expected,
+            self.density,
         )
 
     def without(self, unknowns: Collection[Unknown]) -> Design:
@@ -125,6 +129,7 @@ class Design:
             inverse_deviations=self.inverse_deviations[kept],
             declared=None,
             expected=None if self.expected is None else self.expected.without(removed),
+            density=None if self.density is None else self.density.without(removed),
         )
 
     def normal_equations(self, slopes: Array, target: Array) -> tuple[Array, Array]:
@@ -162,26 +167,6 @@ class Weights:
     def whitened(self, values: Array, bounds: NDArray[np.int64]) -> Array:
         """Segments of columns (R, K) that begin at `bounds` (S + 1,), whitened and divided by their sizes."""
         return np.asarray(whitened_segments(values, bounds, *self._filters, self.sizes))
-
-
-@dataclass(frozen=True)
-class Solution:
-    """Generalised least squares at given weights, and its likelihood.
-
-    `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
-    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the whitened columns, each
-    segment's projected on its instrumental variables; `penalty`: reduction of ln L by the unknowns' prior and by
-    disagreement with declared values.
-    """
-
-    values: Array
-    covariance: Array
-    residuals: Array
-    weights: Weights
-    log_likelihood: float
-    whitened: Array = field(repr=False)
-    slopes: Array = field(repr=False)
-    penalty: float = 0.0
 
 
 def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> Design:
@@ -281,55 +266,6 @@ def whiten(design: Design, values: Array, weights: Weights) -> Array:
     return weights.whitened(np.ascontiguousarray(values), design.bounds)
 
 
-def solve(design: Design, weights: Weights) -> Solution:
-    """Generalised least squares at given weights; unidentifiable unknowns stay zero with infinite deviation."""
-    white = whiten(design, design.target_and_columns, weights)
-    bases = whitened_instruments(design, weights)
-    y, x = white[:, 0], compared(design, white[:, 1:], bases)
-    gram, information = design.normal_equations(x, y)
-    if design.declared is not None and design.declared.inform:
-        places, precisions = design.declared.places, design.declared.precisions
-        gram[places, places] += precisions
-        information[places] += precisions * design.declared.values
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    scales = np.outer(scale, scale)
-    covariance = inverse_of_shown(gram / scales) / scales
-    values = covariance @ information
-    innovations = y - white[:, 1:] @ values
-    residuals = design.target - design.columns @ values
-    penalty = 0.5 * float(np.sum((design.inverse_deviations * values) ** 2))
-    if design.expected is not None:
-        penalty += design.expected.disagreement(values)
-    if design.declared is not None:
-        penalty += design.declared.disagreement(values, covariance)
-    return Solution(
-        values,
-        covariance,
-        residuals,
-        weights,
-        sum(log_likelihoods(design, innovations, weights, bases)) - penalty,
-        innovations,
-        x,
-        penalty,
-    )
-
-
-def log_likelihoods(
-    design: Design, innovations: Array, weights: Weights, bases: Sequence[Array | None] | None = None
-) -> list[float]:
-    """Ln L of each segment up to a constant, `innovations` (R,) over their sizes, `bases` as of the instruments."""
-    bases = whitened_instruments(design, weights) if bases is None else bases
-    each = []
-    for s, colour in enumerate(weights.colours):
-        part, basis = innovations[design.rows(s)], bases[s]
-        if basis is None:
-            each.append(-0.5 * float(part @ part) - part.size * float(np.log(weights.sizes[s])) - colour.log_start)
-        else:
-            along = basis.T @ part
-            each.append(-0.5 * float(along @ along) - along.size * float(np.log(weights.sizes[s])))
-    return each
-
-
 def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Array:
     """Whitened rows (R, K), each segment's projected on its whitened instruments."""
     if all(basis is None for basis in bases):
@@ -356,39 +292,11 @@ def uses_no_instruments(design: Design) -> bool:
 
 def white_weights(design: Design) -> Weights:
     """Initial weights: white noise, of the standard deviation of each segment's target."""
-    return _white_weights_of(design, design.target)
+    return weights_of_white_noise(design, design.target)
 
 
-def uncoloured(design: Design, residuals: Array) -> Solution:
-    """Least squares with each segment's size alone: a slow effect before the colour absorbs it."""
-    return solve(design, _white_weights_of(design, residuals))
-
-
-def _white_weights_of(design: Design, rows: Array) -> Weights:
+def weights_of_white_noise(design: Design, rows: Array) -> Weights:
     """White noise in each segment, as large as its part of some `rows` (R,) varies and no smaller than its floor."""
     count = len(design.segments)
     sizes = np.array([max(float(np.std(rows[design.rows(s)])), design.floors[s], 1e-12) for s in range(count)])
     return Weights((colour_of(np.ones(1)),) * count, sizes)
-
-
-def regress(
-    design: Design,
-    settings: EquationErrorSettings,
-    start: Weights | Solution | None = None,
-    rounds: int = 3,
-) -> Solution:
-    """Least squares and the residuals' colours and sizes, alternating.
-
-    `start`: initial noise model, or the design's solution with it where that is known.
-    """
-    solution = start if isinstance(start, Solution) else solve(design, start or white_weights(design))
-    for _ in range(rounds if start else rounds + 3):
-        weights = residual_weights(design, solution.residuals, settings)
-        found = solve(design, weights)
-        if start and found.log_likelihood < solution.log_likelihood and uses_no_instruments(design):
-            break  # a colour by Burg's method that is less likely than the one before
-        done = abs(found.log_likelihood - solution.log_likelihood) < 0.02
-        solution = found
-        if done and start:
-            break
-    return solution

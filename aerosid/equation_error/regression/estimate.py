@@ -13,15 +13,9 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point, Unknown
-from aerosid.equation_error.regression.design import (
-    Design,
-    Solution,
-    Weights,
-    regress,
-    solve,
-    uses_no_instruments,
-)
+from aerosid.equation_error.regression.design import Design, Weights, uses_no_instruments
 from aerosid.equation_error.regression.gain import gain_over
+from aerosid.equation_error.regression.least_squares import Solution, regress, solve
 from aerosid.equation_error.regression.parameter_limits import free_parameters, solved_within_limits
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.flight_model.aerodynamics import Entry

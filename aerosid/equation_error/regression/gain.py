@@ -7,14 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.equation_error.regression.design import (
-    Design,
-    Solution,
-    freedom,
-    solve,
-    uses_no_instruments,
-    whitened_instruments,
-)
+from aerosid.equation_error.regression.design import Design, freedom, uses_no_instruments, whitened_instruments
+from aerosid.equation_error.regression.least_squares import Solution, solve
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import digamma, polygamma, stdtr
 
-from aerosid.equation_error.regression.design import Design, Solution
+from aerosid.equation_error.regression.design import Design
+from aerosid.equation_error.regression.least_squares import Solution
 from aerosid.equation_error.regression.standard_errors import rows_of_blocks
 from aerosid.equation_error.settings import DEVIATIONS
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.equation_error.regression.design import Design, Solution
+from aerosid.equation_error.regression.design import Design
+from aerosid.equation_error.regression.least_squares import Solution
 
 Array = NDArray[np.float64]
 

@@ -16,6 +16,7 @@ from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.design import Design, design_of
 from aerosid.equation_error.regression.expected_values import gust_responses_among
+from aerosid.equation_error.regression.output_density import output_density
 from aerosid.equation_error.settings import EquationErrorSettings
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ class RegressionProblem:
 
     `all_fitted`: whether coefficients are regressed on the validation records too. `declared`: a-priori values of
     derivatives, with which estimates may disagree. `gust_responses`: a-priori responses of coefficients to gusts.
+    `output_density`: whether the likelihood is that of the recorded motion in place of the residuals.
     """
 
     recordings: tuple[Recording, ...]
@@ -35,6 +37,7 @@ class RegressionProblem:
     all_fitted: bool = False
     declared: DeclaredValues | None = None
     gust_responses: Mapping[str, GustResponse] = field(default_factory=dict)
+    output_density: bool = False
 
     @cached_property
     def _equations(self) -> Equations:
@@ -56,7 +59,7 @@ class RegressionProblem:
         """The regression at a point. Kinematic equations have the same columns at all points, and are stacked once."""
         segments = self.segments(point)
         if any(each.equation in COEFFICIENT for each in segments):
-            return self.with_prior_knowledge(design_of(segments, self.settings))
+            return self._with_density(self.with_prior_knowledge(design_of(segments, self.settings)), point)
         names = tuple((each.recording, each.equation) for each in segments)
         if names not in self._kinematic:
             self._kinematic[names] = design_of(segments, self.settings)
@@ -66,6 +69,12 @@ class RegressionProblem:
         """A design with the a-priori values of its unknowns and of their relations."""
         declared = None if self.declared is None else self.declared.among(design.unknowns)
         return replace(design, declared=declared, expected=gust_responses_among(self.gust_responses, design.unknowns))
+
+    def _with_density(self, design: Design, point: Point) -> Design:
+        if not self.output_density:
+            return design
+        samples = {index: design.rows(s).stop - design.rows(s).start for s, (index, _) in enumerate(design.segments)}
+        return replace(design, density=output_density(self.recordings, point.model, design.unknowns, samples))
 
     @cached_property
     def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:

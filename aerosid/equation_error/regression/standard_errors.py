@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.points import Unknown
-from aerosid.equation_error.regression.design import Design, Solution
+from aerosid.equation_error.regression.design import Design
+from aerosid.equation_error.regression.least_squares import Solution
 from aerosid.equation_error.settings import DEVIATIONS
 
 Array = NDArray[np.float64]

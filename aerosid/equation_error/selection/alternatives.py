@@ -12,8 +12,9 @@ import numpy as np
 from aerosid.compiled.cores import allowed, mapped, on_cores
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import Solution, uses_no_instruments
+from aerosid.equation_error.regression.design import uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
+from aerosid.equation_error.regression.least_squares import Solution
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (

@@ -17,8 +17,9 @@ from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, farthest_place, sensor_position
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import Solution, Weights, design_of, regress
+from aerosid.equation_error.regression.design import Weights, design_of
 from aerosid.equation_error.regression.estimate import Estimate, Optimum, linear_values, residual_of
+from aerosid.equation_error.regression.least_squares import Solution, regress
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.nomenclature import CHANNELS

@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import Weights, uncoloured
+from aerosid.equation_error.regression.design import Weights
 from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.least_squares import uncoloured
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     CURRENT_MODEL,

@@ -16,8 +16,8 @@ import numpy as np
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.coefficient import TOUCHED
-from aerosid.equation_error.regression.design import log_likelihoods
 from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.least_squares import log_likelihoods
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 
 

@@ -24,8 +24,9 @@ from scipy.special import chdtrc
 from aerosid.effects.kinds import InputEffect
 from aerosid.equation_error.equations.instrumental_variables import CONTROLS, instrumental_variables, orthonormal
 from aerosid.equation_error.equations.points import Unknown
-from aerosid.equation_error.regression.design import Design, Solution, solve
+from aerosid.equation_error.regression.design import Design
 from aerosid.equation_error.regression.estimate import Estimate, with_terms
+from aerosid.equation_error.regression.least_squares import Solution, solve
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.related_problems import as_compared
 from aerosid.equation_error.regression.standard_errors import corrected_covariance, covariance_of_scores
@@ -182,7 +183,7 @@ def _by_coefficient(found: Estimate) -> list[RegressorErrors]:
         if basis is None:
             return []
         bases.append(orthonormal(np.column_stack([basis, design.columns[design.rows(s)][:, exogenous]])))
-    projected = replace(design, instruments=tuple(bases), declared=None)
+    projected = replace(design, instruments=tuple(bases), declared=None, density=None)
     solution = solve(projected, found.solution.weights)
     covariance = corrected_covariance(projected, solution)
     of_difference = _covariance_of_difference(found.design, found.solution, solution)

@@ -20,8 +20,9 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.instrumental_variables import CONTROLS
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import Recording
-from aerosid.equation_error.regression.design import design_of, regress
+from aerosid.equation_error.regression.design import design_of
 from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities
+from aerosid.equation_error.regression.least_squares import regress
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.step_change_scores import step_change_scores

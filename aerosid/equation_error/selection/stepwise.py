@@ -14,8 +14,9 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import Weights, design_of, solve, uncoloured, uses_no_instruments
+from aerosid.equation_error.regression.design import Weights, design_of, uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, Optimum, estimate, maximise_likelihood
+from aerosid.equation_error.regression.least_squares import solve, uncoloured
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates

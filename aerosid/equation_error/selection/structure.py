@@ -10,8 +10,8 @@ from typing import Any
 from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point, Unknown
-from aerosid.equation_error.regression.design import regress
 from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximise_likelihood
+from aerosid.equation_error.regression.least_squares import regress
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, effects_of, joint_penalty
 
 STEPS = 4

@@ -1,0 +1,147 @@
+"""Density of the recorded motion, which the coefficient equations turn into residuals.
+
+A regression maximises the density of its residuals e. What was recorded is the motion y, and a linear transformation e
+= T y gives it the density of e times |det T|. At the frequency w of a record the residual of a rolling moment, say, is
+(j w - L_p) p less the response to the controls: the determinant rises with the damping L_p. In general it is that of 1
+- A/(j w), A the matrix of the linear equations of motion, and ln L contains its logarithm at every frequency of the
+band, twice, for a complex amplitude is two real numbers. Of a first-order process with white residuals the sum over T
+seconds tends to |L_p| T/2, the term by which Ito's integral differs from that with the symmetric derivative (Liptser &
+Shiryayev, Statistics of Random Processes II, chapter 17).
+
+Near a structure's estimate the determinant hardly changes, and a misfit of the model, which is no noise, would be
+weighed wrongly by it; least squares is kept there. It decides between structures whose damping differs by a factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.equation_error.equations.points import Unknown
+from aerosid.equation_error.equations.recording import Recording
+from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.axes import coupled_of, state_vector
+from aerosid.flight_model.equations_of_motion import evaluate
+from aerosid.flight_model.workspace import make_workspace
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 2
+"""Numerical: times that the determinant's gradient is taken at the values which the gradient before gave."""
+
+
+class _Motion(NamedTuple):
+    """The linear equations of motion of a record: without the unknowns (n, n), slopes by them (U, n, n), rad/s (K,)."""
+
+    known: Array
+    slopes: Array
+    frequencies: Array
+
+
+@dataclass(frozen=True)
+class OutputDensity:
+    """Logarithm of the determinant as a function of the unknowns of a regression.
+
+    Attributes
+    ----------
+    motions : tuple
+        One for each record.
+    places : ndarray of int, shape (U,)
+        The unknowns that are terms.
+    """
+
+    motions: tuple[_Motion, ...]
+    places: NDArray[np.int64]
+
+    def at(self, values: Array) -> tuple[float, Array]:
+        """The logarithm and its gradient, (P,), at values (P,) of the unknowns."""
+        total, gradient = 0.0, np.zeros(values.size)
+        for known, slopes, frequencies in self.motions:
+            matrix = known + np.tensordot(values[self.places], slopes, axes=1)
+            s = 1j * frequencies[:, None, None]
+            characteristic = s * np.eye(matrix.shape[0]) - matrix
+            total += 2.0 * float(np.sum(np.linalg.slogdet(characteristic / s)[1]))
+            resolvent = np.linalg.inv(characteristic).sum(axis=0).real
+            gradient[self.places] -= 2.0 * np.einsum("ji,uij->u", resolvent, slopes)
+        return total, gradient
+
+    def likeliest(self, least_squares: Array, covariance: Array) -> tuple[Array, float]:
+        """Values (P,) of highest likelihood with the determinant, and its logarithm there.
+
+        `covariance`, (P, P), of the least-squares values (P,).
+        """
+        values = least_squares
+        for _ in range(ITERATIONS):
+            values = least_squares + covariance @ self.at(values)[1]
+        return values, self.at(values)[0]
+
+    def without(self, removed: Collection[int]) -> OutputDensity:
+        """The same without some unknowns, which are zero."""
+        kept = [n for n, place in enumerate(self.places.tolist()) if place not in removed]
+        places = [place - sum(other < place for other in removed) for place in self.places[kept].tolist()]
+        motions = tuple(each._replace(slopes=each.slopes[kept]) for each in self.motions)
+        return OutputDensity(motions, np.array(places, dtype=np.int64))
+
+
+def output_density(
+    recordings: Sequence[Recording],
+    model: AerodynamicModel,
+    unknowns: Sequence[Unknown],
+    samples: Mapping[int, int],
+) -> OutputDensity:
+    """The density of some records' motion.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    model : AerodynamicModel
+        Its terms that are no unknowns are known.
+    unknowns : sequence of Unknown
+        Of the regression.
+    samples : mapping of int to int
+        Number of samples in the band of each record that is compared, by its index.
+    """
+    terms = [(place, unknown[1]) for place, unknown in enumerate(unknowns) if unknown[0] == "term"]
+    columns = [model.index(entry) for _, entry in terms]  # type: ignore[arg-type]
+    motions = tuple(_motion(model, columns, recordings[index], count) for index, count in samples.items() if count > 1)
+    return OutputDensity(motions, np.array([place for place, _ in terms], dtype=np.int64))
+
+
+def _motion(model: AerodynamicModel, columns: Sequence[int], recording: Recording, samples: int) -> _Motion:
+    """The linear equations about a record's mean, whose rates are linear in the terms' values."""
+    values = np.array(model.values)
+    values[columns] = 0.0
+    known = rates_matrix(model.with_values(values), recording)
+    slopes = np.zeros((len(columns), *known.shape))
+    for n, column in enumerate(columns):
+        values[column] = 1.0
+        slopes[n] = rates_matrix(model.with_values(values), recording) - known
+        values[column] = 0.0
+    span = samples * recording.band.step * recording.interval
+    frequencies = np.asarray(2.0 * np.pi * np.arange(1, samples // 2 + 1) / span, dtype=np.float64)
+    return _Motion(known, slopes, frequencies)
+
+
+def rates_matrix(model: AerodynamicModel, recording: Recording) -> Array:
+    """Partial derivatives (n, n) of the states' rates by the n coupled states, at the mean of a record."""
+    inputs = dict(zip(recording.manoeuvre.columns, recording.manoeuvre.flight.inputs.mean(axis=0), strict=True))
+    mean = {**inputs, **{name: float(np.mean(values)) for name, values in recording.channels.items()}}
+    speed, alpha = float(mean["V"]), float(mean.get("alpha", 0.0))
+    state = {
+        "u": speed * np.cos(alpha),
+        "w": speed * np.sin(alpha),
+        "phi": float(mean.get("phi", 0.0)),
+        "theta": float(mean.get("theta", alpha)),
+        "h": float(mean.get("h", 0.0)),
+    }
+    row = np.array([float(inputs.get(name, 0.0)) for name in model.columns])
+    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
+    positions = np.zeros((len(model.axes.outputs), 3))
+    values = np.array(model.values)
+    evaluate(state_vector(model.axes, state), row, values, model.table, model.constants, positions, work, True, True)
+    coupled = [model.axes.integrated.index(name) for name in coupled_of(model.axes)]
+    return np.array(work.rates_x[np.ix_(coupled, coupled)])
