@@ -111,7 +111,8 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
         rows, residuals, weights, masks = _in_blocks(rows, residuals, weights, lengths)
         inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
         measured = [autocovariance(r, r.size - 1) for r in residuals]
-    orders = [_order(r, int(mask.sum())) for r, mask in zip(measured, masks, strict=True)]
+    orders = [_order(_known(r[: COLOUR.highest_order + 1], mask), int(mask.sum()))
+              for r, mask in zip(measured, masks, strict=True)]  # fmt: skip
     if max(lengths) > 1 or any(orders):
         noise = _noise_autocovariances(rows, weights, masks, inverse, measured, orders)
         corrected = _sandwich(inverse, rows, weights, noise)
@@ -140,8 +141,9 @@ def _block_length(rows: FloatArray, residual: FloatArray) -> int:
     """
     length, means, energy = 1, residual, np.sum(rows**2, axis=0)
     while True:
-        measured, count = autocovariance(means, COLOUR.highest_order), int(np.isfinite(means).sum())
-        order = _order(measured, count)
+        mask = np.isfinite(means)
+        measured = _known(autocovariance(means, COLOUR.highest_order), mask)
+        order = _order(measured, int(mask.sum()))
         if _levinson(measured, order)[1][order] >= COLOUR.least_innovation * measured[0]:
             return length
         longer = length + max(1, length // 3)
@@ -267,7 +269,7 @@ def _noise_autocovariances(
     orders: list[int],
 ) -> list[FloatArray]:
     """Autocovariances, at all lags, of autoregressive noise whose residuals are expected to have the measured ones."""
-    leading = [r[: order + 1].copy() for r, order in zip(measured, orders, strict=True)]
+    leading = [_known(r[: order + 1], mask) for r, mask, order in zip(measured, masks, orders, strict=True)]
     pairs = [_lagged(mask[:, None].astype(np.float64), mask[:, None].astype(np.float64), order)
              for mask, order in zip(masks, orders, strict=True)]  # fmt: skip
     noise = []
@@ -289,13 +291,14 @@ def _noise_autocovariances(
             expected = pairs[i] * noise[i][: order + 1] - lost + _lagged(x, x @ outer, order)
             # The measured autocovariance is scaled to (N - k)/N of the mean over the pairs that are there.
             observed = measured[i][: order + 1] / ((x.shape[0] - lags) / x.shape[0]) * pairs[i]
-            step = (observed - expected) / pairs[i]
+            there = pairs[i] > 0.0
+            step = np.divide(observed - expected, pairs[i], out=np.full(order + 1, np.nan), where=there)
             # The variance must stay positive: with as many parameters as samples nothing can be known.
             leading[i] = leading[i] + step
             leading[i][0] = max(leading[i][0], 0.5 * noise[i][0])
             model, _, consistent = _levinson(leading[i], order)
             updated = _extend(model, consistent, x.shape[0])
-            change = max(change, float(np.max(np.abs(step))) / max(updated[0], np.finfo(float).tiny))
+            change = max(change, float(np.max(np.abs(step[there]))) / max(updated[0], np.finfo(float).tiny))
             leading[i], noise[i] = updated[: order + 1].copy(), updated
         if change < _CONVERGED:
             break
@@ -308,6 +311,14 @@ def _lagged(one: FloatArray, two: FloatArray, max_lag: int) -> FloatArray:
     return np.array([np.vdot(one[: count - k], two[k:]) for k in range(max_lag + 1)])
 
 
+def _known(measured: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
+    """A measured autocovariance (K,), lags from 0, NaN at the lags at which no two samples of the mask are there."""
+    if mask.all():
+        return measured
+    pairs = autocovariance(np.where(mask, 1.0, np.nan), measured.size - 1)
+    return np.where(pairs > 0.0, measured, np.nan)
+
+
 def _order(measured: FloatArray, count: int) -> int:
     """The autoregressive order that the corrected Akaike criterion chooses, 0 for white residuals."""
     highest = min(COLOUR.highest_order, count // 20, measured.size - 1)
@@ -315,7 +326,7 @@ def _order(measured: FloatArray, count: int) -> int:
         return 0
     criteria = []
     for order, innovation in enumerate(_levinson(measured, highest)[1]):
-        parameters = order + 1
+        parameters = 1 + int(np.isfinite(measured[1 : order + 1]).sum())
         penalty = 2.0 * parameters * count / max(count - parameters - 1, 1)
         criteria.append(count * np.log(max(innovation, np.finfo(float).tiny)) + penalty)
     return int(np.argmin(criteria))
@@ -324,13 +335,15 @@ def _order(measured: FloatArray, count: int) -> int:
 def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], FloatArray]:
     """Coefficients a of e_n = x_n - sum a_k x_(n-k), the variance of e, and the autocovariances of that process.
 
-    The variance is given of every order from 0 on.
+    The variance is given of every order from 0 on. A lag whose autocovariance is NaN tells nothing: it is as the
+    shorter ones predict it.
 
     Reflections are held within their limit, so that the process is stationary whatever the given autocovariances are;
     the returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
     """
     coefficients = np.zeros(order)
     consistent = np.zeros(order + 1)
+    gamma = gamma.copy()
     consistent[0] = innovation = max(float(gamma[0]), 0.0)
     innovations = [innovation]
     for k in range(1, order + 1):
@@ -339,6 +352,8 @@ def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], F
             break
         known = coefficients[: k - 1]
         predicted = float(known @ consistent[k - 1 : 0 : -1])
+        if not np.isfinite(gamma[k]):
+            gamma[k] = known @ gamma[k - 1 : 0 : -1]
         reflection = (float(gamma[k]) - float(known @ gamma[k - 1 : 0 : -1])) / innovation
         reflection = min(max(reflection, -COLOUR.most_reflection), COLOUR.most_reflection)
         consistent[k] = predicted + reflection * innovation

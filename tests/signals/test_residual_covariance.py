@@ -135,6 +135,47 @@ def test_missing_samples_count_as_absent() -> None:
     np.testing.assert_allclose(np.diag(found.corrected), expected, rtol=0.25)
 
 
+def slow_fit(rng: np.random.Generator, count: int, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slow regressors, and the residuals of a fit to AR(1) noise on the samples of a mask, NaN elsewhere."""
+    regressors = np.column_stack((np.ones(count), signal.lfilter([1.0], [1.0, -0.9], rng.standard_normal(count))))
+    noise = autoregressive(rng, [0.8], count)
+    estimate = np.linalg.lstsq(regressors[mask], noise[mask], rcond=None)[0]
+    return regressors, np.where(mask, noise - regressors @ estimate, np.nan)
+
+
+def test_every_other_sample_missing_is_the_record_of_the_others() -> None:
+    """Odd lags never occur: what is said of them must not matter."""
+    mask = np.arange(400) % 2 == 0
+    regressors, residual = slow_fit(np.random.default_rng(13), 400, mask)
+    found, dense = coloured_covariance(regressors, residual), coloured_covariance(regressors[mask], residual[mask])
+    assert found.orders == (2 * dense.orders[0],)
+    for name in ("white", "published", "corrected"):
+        np.testing.assert_allclose(getattr(found, name), getattr(dense, name), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("period", "present"), [(2, (0,)), (3, (1,)), (5, (0, 1))])
+def test_lags_that_never_occur_are_as_the_others_predict_them(period: int, present: tuple[int, ...]) -> None:
+    """Dense: the residuals have the measured autocovariance at every lag that occurs, the noise is a process at all."""
+    order, count = 6, 200
+    mask = np.isin(np.arange(count) % period, present)
+    regressors, residual = slow_fit(np.random.default_rng(15), count, mask)
+    rows = np.where(mask[:, None], regressors, 0.0)
+    measured = autocovariance(residual, count - 1)
+    gamma = _noise_autocovariances([rows], [1.0], [mask], np.linalg.inv(rows.T @ rows), [measured], [order])[0]
+    noise = linalg.toeplitz(gamma)
+    assert np.linalg.eigvalsh(noise)[0] > 0.0
+    to_residual = residual_map([(rows, 1.0)]) * mask
+    left = (to_residual @ (noise * np.outer(mask, mask)) @ to_residual.T) * np.outer(mask, mask)
+    for lag in range(order + 1):
+        pairs = int(np.sum(mask[: count - lag] & mask[lag:]))
+        if pairs:
+            scaled = np.trace(left, lag) / pairs * (count - lag) / count
+            assert scaled == pytest.approx(measured[lag], abs=2e-3 * measured[0])
+        else:
+            shorter, _, _ = _levinson(gamma, lag - 1)
+            assert gamma[lag] == pytest.approx(shorter @ gamma[lag - 1 : 0 : -1], abs=1e-9)
+
+
 @pytest.mark.parametrize("coefficient", [-0.5, 0.0, 0.5, 0.9])
 def test_the_noise_model_of_an_autoregressive_residual_has_its_spectrum_at_zero(coefficient: float) -> None:
     """The sum of its autocorrelation over all lags is that by which the variance of a mean is larger."""
