@@ -24,6 +24,9 @@ Group = tuple[FloatArray, FloatArray, float]
 _ROUNDS = 12
 """Numerical: times at most that noise model and weights are estimated in turn."""
 
+_COLLINEAR = 1e-13
+"""Numerical: share of a regressor, 1, that no others explain, up to which rounding alone makes it."""
+
 _CONVERGED = 1e-4
 """Numerical: relative change of the noise's variance, 1, that changes no weight any more."""
 
@@ -95,31 +98,23 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
     Guidance, Control, and Dynamics 20 (1), 74-80. The correction is not in it.
     """
     rows, residuals, weights, masks = _checked(groups)
-    information = sum(w * x.T @ x for x, w in zip(rows, weights, strict=True))
-    scale = np.sqrt(np.diag(np.asarray(information)))
-    if not np.all(scale > 0.0):
-        raise ValueError("a regressor is zero throughout: its coefficient has no covariance")
-    # Columns of unit length: coefficients and their units differ by many powers of ten.
-    rows = [x / scale for x in rows]
-    inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
-    measured = [autocovariance(r, r.size - 1) for r in residuals]
-    published = _sandwich(inverse, rows, weights, measured)
-    white_noise = _noise_autocovariances(rows, weights, masks, inverse, measured, [0] * len(rows))
-    corrected = white = _sandwich(inverse, rows, weights, white_noise)
+    rows, scale = _of_unit_length(rows, weights)
     lengths = [_block_length(x, r) for x, r in zip(rows, residuals, strict=True)]
+    rows, basis = _orthogonal(rows, weights, np.diag(1.0 / scale))
+    measured = [autocovariance(r, r.size - 1) for r in residuals]
+    published = _covariance(basis, rows, weights, measured)
+    white_noise = _noise_autocovariances(rows, weights, masks, measured, [0] * len(rows))
+    corrected = white = _covariance(basis, rows, weights, white_noise)
     if max(lengths) > 1:
         rows, residuals, weights, masks = _in_blocks(rows, residuals, weights, lengths)
-        inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
+        rows, basis = _orthogonal(rows, weights, basis)
         measured = [autocovariance(r, r.size - 1) for r in residuals]
     orders = [_order(_known(r[: COLOUR.highest_order + 1], mask), int(mask.sum()))
               for r, mask in zip(measured, masks, strict=True)]  # fmt: skip
     if max(lengths) > 1 or any(orders):
-        noise = _noise_autocovariances(rows, weights, masks, inverse, measured, orders)
-        corrected = _sandwich(inverse, rows, weights, noise)
-    units = np.outer(scale, scale)
-    return ResidualCovariance(
-        white=white / units, published=published / units, corrected=corrected / units, orders=tuple(orders)
-    )
+        noise = _noise_autocovariances(rows, weights, masks, measured, orders)
+        corrected = _covariance(basis, rows, weights, noise)
+    return ResidualCovariance(white, published, corrected, tuple(orders))
 
 
 def _in_blocks(
@@ -172,13 +167,9 @@ def published_covariance_groups(groups: Sequence[Group]) -> FloatArray:
         As there.
     """
     rows, residuals, weights, _ = _checked(groups)
-    scale = np.sqrt(np.diag(np.asarray(sum(w * x.T @ x for x, w in zip(rows, weights, strict=True)))))
-    if not np.all(scale > 0.0):
-        raise ValueError("a regressor is zero throughout: its coefficient has no covariance")
-    rows = [x / scale for x in rows]
-    inverse = _inverse([np.sqrt(w) * x for x, w in zip(rows, weights, strict=True)])
-    measured = [autocovariance(r, r.size - 1) for r in residuals]
-    return np.asarray(_sandwich(inverse, rows, weights, measured) / np.outer(scale, scale))
+    rows, scale = _of_unit_length(rows, weights)
+    rows, basis = _orthogonal(rows, weights, np.diag(1.0 / scale))
+    return _covariance(basis, rows, weights, [autocovariance(r, r.size - 1) for r in residuals])
 
 
 def _checked(
@@ -205,27 +196,42 @@ def _checked(
     return rows, residuals, weights, masks
 
 
-def _inverse(weighted: list[FloatArray]) -> FloatArray:
-    """(sum X'X)^-1 through the triangle of an orthogonal factorisation of all rows."""
-    triangle = np.zeros((0, weighted[0].shape[1]))
-    for x in weighted:
-        triangle = np.asarray(np.linalg.qr(np.vstack((triangle, x)), mode="r"))
+def _of_unit_length(rows: list[FloatArray], weights: list[float]) -> tuple[list[FloatArray], FloatArray]:
+    """Rows with weighted columns of unit length, and their lengths (m,): units differ by many powers of ten."""
+    scale = np.sqrt(np.diag(np.asarray(sum(w * x.T @ x for x, w in zip(rows, weights, strict=True)))))
+    if not np.all(scale > 0.0):
+        raise ValueError("a regressor is zero throughout: its coefficient has no covariance")
+    return [x / scale for x in rows], scale
+
+
+def _orthogonal(rows: list[FloatArray], weights: list[float], basis: FloatArray) -> tuple[list[FloatArray], FloatArray]:
+    """Rows with weighted columns orthogonal and of unit length, A = I, and their coefficients' share in the estimates.
+
+    A^-1 formed from nearly collinear columns has lost twice the digits that they share: variances became negative.
+
+    Parameters
+    ----------
+    rows : list of (N_i, m) array
+        In columns of which `basis` (m, m) is the share in the estimates.
+    """
+    triangle = np.zeros((0, rows[0].shape[1]))
+    for x, w in zip(rows, weights, strict=True):
+        triangle = np.asarray(np.linalg.qr(np.vstack((triangle, np.sqrt(w) * x)), mode="r"))
     count = triangle.shape[1]
-    if triangle.shape[0] < count or np.min(np.abs(np.diag(triangle))) < 1e-13:
+    if triangle.shape[0] < count or np.min(np.abs(np.diag(triangle))) < _COLLINEAR:
         raise ValueError("the regressors are collinear within rounding: the estimates have no covariance")
     root = np.linalg.solve(triangle, np.eye(count))
-    return np.asarray(root @ root.T)
+    return [x @ root for x in rows], np.asarray(basis @ root)
 
 
-def _sandwich(
-    inverse: FloatArray, rows: list[FloatArray], weights: list[float], gammas: list[FloatArray]
+def _covariance(
+    basis: FloatArray, rows: list[FloatArray], weights: list[float], gammas: list[FloatArray]
 ) -> FloatArray:
-    """A^-1 (sum w^2 X' T X) A^-1."""
-    middle = np.zeros_like(inverse)
+    """A^-1 (sum w^2 X' T X) A^-1 of the estimates, from rows and basis of `_orthogonal`."""
+    middle = np.zeros_like(basis)
     for x, w, gamma in zip(rows, weights, gammas, strict=True):
         middle += w**2 * _toeplitz_form(gamma, x)
-    middle = 0.5 * (middle + middle.T)
-    return np.asarray(inverse @ middle @ inverse)
+    return np.asarray(basis @ (0.5 * (middle + middle.T)) @ basis.T)
 
 
 def _toeplitz_form(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
@@ -264,11 +270,13 @@ def _noise_autocovariances(
     rows: list[FloatArray],
     weights: list[float],
     masks: list[NDArray[np.bool_]],
-    inverse: FloatArray,
     measured: list[FloatArray],
     orders: list[int],
 ) -> list[FloatArray]:
-    """Autocovariances, at all lags, of autoregressive noise whose residuals are expected to have the measured ones."""
+    """Autocovariances, at all lags, of autoregressive noise whose residuals are expected to have the measured ones.
+
+    Rows are those of `_orthogonal`, for which A = I.
+    """
     leading = [_known(r[: order + 1], mask) for r, mask, order in zip(measured, masks, orders, strict=True)]
     pairs = [_lagged(mask[:, None].astype(np.float64), mask[:, None].astype(np.float64), order)
              for mask, order in zip(masks, orders, strict=True)]  # fmt: skip
@@ -281,14 +289,12 @@ def _noise_autocovariances(
             np.where(mask[:, None], _toeplitz_times(gamma, x), 0.0)
             for gamma, x, mask in zip(noise, rows, masks, strict=True)
         ]
-        middle = sum(w**2 * x.T @ p for x, p, w in zip(rows, products, weights, strict=True))
-        outer = inverse @ np.asarray(middle) @ inverse
+        middle = np.asarray(sum(w**2 * x.T @ p for x, p, w in zip(rows, products, weights, strict=True)))
         change = 0.0
         for i, order in enumerate(orders):
             x, lags = rows[i], np.arange(order + 1)
-            projected = x @ inverse
-            lost = weights[i] * (_lagged(products[i], projected, order) + _lagged(projected, products[i], order))
-            expected = pairs[i] * noise[i][: order + 1] - lost + _lagged(x, x @ outer, order)
+            lost = weights[i] * (_lagged(products[i], x, order) + _lagged(x, products[i], order))
+            expected = pairs[i] * noise[i][: order + 1] - lost + _lagged(x, x @ middle, order)
             # The measured autocovariance is scaled to (N - k)/N of the mean over the pairs that are there.
             observed = measured[i][: order + 1] / ((x.shape[0] - lags) / x.shape[0]) * pairs[i]
             there = pairs[i] > 0.0
@@ -313,7 +319,7 @@ def _lagged(one: FloatArray, two: FloatArray, max_lag: int) -> FloatArray:
 
 def _known(measured: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
     """A measured autocovariance (K,), lags from 0, NaN at the lags at which no two samples of the mask are there."""
-    if mask.all():
+    if np.all(measured):  # `autocovariance` gives 0 there
         return measured
     pairs = autocovariance(np.where(mask, 1.0, np.nan), measured.size - 1)
     return np.where(pairs > 0.0, measured, np.nan)
@@ -325,8 +331,8 @@ def _order(measured: FloatArray, count: int) -> int:
     if measured[0] <= 0.0:
         return 0
     criteria = []
-    for order, innovation in enumerate(_levinson(measured, highest)[1]):
-        parameters = 1 + int(np.isfinite(measured[1 : order + 1]).sum())
+    known = np.cumsum(np.isfinite(measured[: highest + 1])).tolist()
+    for parameters, innovation in zip(known, _levinson(measured, highest)[1], strict=True):
         penalty = 2.0 * parameters * count / max(count - parameters - 1, 1)
         criteria.append(count * np.log(max(innovation, np.finfo(float).tiny)) + penalty)
     return int(np.argmin(criteria))

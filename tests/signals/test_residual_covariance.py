@@ -16,8 +16,10 @@ from aerosid.signals.residual_covariance import (
     _levinson,
     _noise_autocovariances,
     _order,
+    _orthogonal,
     coloured_covariance,
     coloured_covariance_groups,
+    published_covariance_groups,
 )
 from aerosid.signals.settings import COLOUR
 
@@ -78,8 +80,8 @@ def test_the_corrected_noise_leaves_the_measured_residuals() -> None:
     to_residual = residual_map(list(zip(rows, weights, strict=True))) * mask
     residuals = np.split(np.where(mask, to_residual @ np.where(mask, noise, 0.0), np.nan), [70])
     measured = [autocovariance(r, r.size - 1) for r in residuals]
-    inverse = np.linalg.inv(sum(w * x.T @ x for x, w in zip(rows, weights, strict=True)))
-    found = _noise_autocovariances(rows, weights, np.split(mask, [70]), inverse, measured, orders)
+    orthogonal, _ = _orthogonal(rows, weights, np.eye(3))
+    found = _noise_autocovariances(orthogonal, weights, np.split(mask, [70]), measured, orders)
     covariance = linalg.block_diag(*[linalg.toeplitz(gamma) for gamma in found]) * np.outer(mask, mask)
     expected = to_residual @ covariance @ to_residual.T * np.outer(mask, mask)
     for there, block, gamma, order in zip(
@@ -105,8 +107,9 @@ def test_groups_of_different_weight_on_white_noise() -> None:
     np.testing.assert_allclose(np.diag(found.corrected), np.diag(np.linalg.inv(information)), rtol=0.25)
     present = [np.ones(4000, dtype=bool)] * 2
     measured = [autocovariance(r, r.size - 1) for _, r, _ in groups]
-    orders, inverse = list(found.orders), np.linalg.inv(information)
-    variances = [gamma[0] for gamma in _noise_autocovariances(rows, weights, present, inverse, measured, orders)]
+    orthogonal, _ = _orthogonal(rows, weights, np.eye(2))
+    noise_found = _noise_autocovariances(orthogonal, weights, present, measured, list(found.orders))
+    variances = [gamma[0] for gamma in noise_found]
     np.testing.assert_allclose(np.sqrt(variances), [0.1, 3.0], rtol=0.05)
 
 
@@ -135,6 +138,21 @@ def test_missing_samples_count_as_absent() -> None:
     np.testing.assert_allclose(np.diag(found.corrected), expected, rtol=0.25)
 
 
+def test_nearly_collinear_regressors_keep_their_covariance() -> None:
+    """The coefficient of z1 + z3/2^26 beside z1 is 2^26 times that of z3: variances were negative, or of any size."""
+    regressors, residual = problem(np.random.default_rng(16), 400)
+    apart = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0**-26]])
+    regressors[:, 2] *= 1e3  # as long as the constant
+    reference, found = coloured_covariance(regressors, residual), coloured_covariance(regressors @ apart, residual)
+    for name in ("white", "published", "corrected"):
+        variances = np.diag(np.linalg.inv(apart) @ getattr(reference, name) @ np.linalg.inv(apart).T)
+        np.testing.assert_allclose(np.diag(getattr(found, name)), variances, rtol=1e-5)
+    variances = np.diag(coloured_covariance(regressors @ apart, residual).published)
+    np.testing.assert_allclose(
+        np.diag(published_covariance_groups([(regressors @ apart, residual, 1.0)])), variances, rtol=1e-9
+    )
+
+
 def slow_fit(rng: np.random.Generator, count: int, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slow regressors, and the residuals of a fit to AR(1) noise on the samples of a mask, NaN elsewhere."""
     regressors = np.column_stack((np.ones(count), signal.lfilter([1.0], [1.0, -0.9], rng.standard_normal(count))))
@@ -161,7 +179,8 @@ def test_lags_that_never_occur_are_as_the_others_predict_them(period: int, prese
     regressors, residual = slow_fit(np.random.default_rng(15), count, mask)
     rows = np.where(mask[:, None], regressors, 0.0)
     measured = autocovariance(residual, count - 1)
-    gamma = _noise_autocovariances([rows], [1.0], [mask], np.linalg.inv(rows.T @ rows), [measured], [order])[0]
+    orthogonal, _ = _orthogonal([rows], [1.0], np.eye(2))
+    gamma = _noise_autocovariances(orthogonal, [1.0], [mask], [measured], [order])[0]
     noise = linalg.toeplitz(gamma)
     assert np.linalg.eigvalsh(noise)[0] > 0.0
     to_residual = residual_map([(rows, 1.0)]) * mask

@@ -282,8 +282,7 @@ def _std_errors(
         stop = start + moving * history.d.shape[0]
         for i in range(moving):
             part = slice(start + i, stop, moving)
-            present = np.isfinite(residual[part])
-            groups.append((regressors[part][present], residual[part][present], float(weights[start + i])))
+            groups.append((regressors[part], residual[part], float(weights[start + i])))
         start = stop
     try:
         covariance = coloured_covariance_groups(groups).corrected

@@ -129,6 +129,21 @@ def test_deviations_exist_on_a_deficient_model_at_ten_milliseconds() -> None:
         assert np.isfinite(run_chain(model, [manoeuvre], model.entries).std_errors).all()
 
 
+def test_deviations_cover_terms_that_a_small_manoeuvre_hardly_tells_apart() -> None:
+    """Powers of alpha on a doublet of .02 degrees: half the variances were negative, the rest any power of ten off."""
+    powers = {(coefficient, f"alpha^{k}"): 0.0 for coefficient in ("C_Z", "C_m") for k in (2, 3, 4)}
+    quiet = {name: 0.1 * deviation for name, deviation in NOISE.items()}
+    ratios = []
+    for seed in range(6):
+        problem = Problem(declaring(LIGHT, powers), amplitude=3e-4, noise=quiet)
+        model, manoeuvre = problem.prepared(problem.fly(seed=seed))
+        chain = run_chain(model, [manoeuvre], model.entries)
+        wanted = np.array([problem.truth.value(e) for e in chain.entries])
+        ratios.append((np.array([chain.model.value(e) for e in chain.entries]) - wanted) / chain.std_errors)
+    steep = [n for n, (coefficient, term) in enumerate(chain.entries) if (coefficient, str(term)) in powers]
+    assert 0.5 < float(np.sqrt(np.mean(np.square(ratios)[:, steep]))) < 2.5
+
+
 @pytest.mark.slow
 def test_least_squares_deviations_cover_the_errors() -> None:
     """Over thirty flights with noise: 95 % intervals hold the truth in at least three of four cases, filter or not."""
