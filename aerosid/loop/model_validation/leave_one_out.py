@@ -71,9 +71,13 @@ def prediction_gains(found: Attribution, search: StructureSearch, *unseen: Seque
 
 
 def _re_estimated(found: Attribution, lacking: Refinement, search: StructureSearch) -> Refinement:
-    """A reduced structure re-estimated; in open loop a regression's values would become those of the turbulence."""
-    if found.regressed:
-        return found.re_estimated(lacking, search.manoeuvres)
+    """A reduced structure re-estimated by the estimator of the values, in fewer steps where that is the likelihood.
+
+    By any other, the gain contains what sets the estimators apart: a regression's values become those of the
+    turbulence, and records with constants of their own in common ones pull the derivatives towards their trims.
+    """
+    if found.re_estimator is not None:
+        return found.re_estimator(lacking)
     return refine_on(lacking, search.manoeuvres, WRONG_STRUCTURE)
 
 
