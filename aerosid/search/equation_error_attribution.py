@@ -16,7 +16,7 @@ from scipy.special import ndtr
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.step_input import instant_if_step, is_step_change, rise_of
+from aerosid.effects.step_input import instant_if_step, rise_of
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.colour_convergence import converged
@@ -34,7 +34,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, log_of_step, named
+from aerosid.search.findings import Finding, Parameters, log_of_step, named, parameters_of
 
 Array = NDArray[np.float64]
 
@@ -229,7 +229,7 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
         along=_axes(row.active),
-        parameters=_rise(row) if row.hypothesis.time is not None else _parameters(active, errors),
+        parameters=_parameters(row, active, errors),
         unseen_better=row.improves_prediction,
     )
 
@@ -239,20 +239,13 @@ def _axes(active: ActiveEffect | None) -> str:
     return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
-def _rise(row: EffectEstimate) -> tuple[tuple[str, float, float, str], ...]:
-    """The time that a slow step change takes, chosen among a few, as its further parameter."""
-    assert row.active is not None
-    return (("rise", rise_of(row.active), float("nan"), "s"),)
-
-
-def _parameters(active: ActiveEffect | None, errors: Sequence[float]) -> tuple[tuple[str, float, float, str], ...]:
-    """Name, value, standard error and unit of each parameter of an effect with several; not of a step's instant."""
-    if active is None or len(active.values) < 2 or is_step_change(active):
+def _parameters(row: EffectEstimate, active: ActiveEffect | None, errors: Sequence[float]) -> Parameters:
+    """The parameters of an effect; of a step change the time that it takes, chosen among a few."""
+    if active is None:
         return ()
-    return tuple(
-        (parameter.name, value, error, parameter.unit)
-        for parameter, value, error in zip(active.effect.parameters, active.values, errors, strict=True)
-    )
+    if row.hypothesis.time is not None:
+        return (("rise", rise_of(active), float("nan"), "s"),)
+    return parameters_of(active, errors)
 
 
 def _alternative(row: Alternative, tested: int) -> Finding:

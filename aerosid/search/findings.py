@@ -16,6 +16,9 @@ from aerosid.flight_model.aerodynamics import Entry
 Identity = tuple[str, str, str, float | None, str]
 """Kind, place and term; of a step change also its instant, s, and log: several of one place differ in these."""
 
+Parameters = tuple[tuple[str, float, float, str], ...]
+"""Name, value, standard error and unit of each parameter of an effect."""
+
 
 @dataclass(frozen=True)
 class Part:
@@ -29,18 +32,13 @@ class Part:
     std_errors: tuple[float, ...] = ()
 
     @property
-    def parameters(self) -> tuple[tuple[str, float, float, str], ...]:
-        """Name, value, standard error and unit of each parameter of an effect that has several or whose one parameter
-        needs its name; not of a step's instant.
-        """
-        if self.active is None or is_step_change(self.active):
+    def parameters(self) -> Parameters:
+        """Those of the effect: `parameters_of`."""
+        if self.active is None:
             return ()
-        kind, names = KINDS.get(self.active.effect.kind), [number.name for number in self.active.effect.parameters]
-        if len(self.active.values) < 2 and (kind is None or names == [kind.leading] or not names):
-            return ()
-        errors = self.std_errors or (self.std_error,) + (np.nan,) * (len(self.active.values) - 1)
-        numbers = zip(self.active.effect.parameters, self.active.values, errors, strict=True)
-        return tuple((parameter.name, value, error, parameter.unit) for parameter, value, error in numbers)
+        return parameters_of(
+            self.active, self.std_errors or (self.std_error,) + (np.nan,) * (len(self.active.values) - 1)
+        )
 
     @property
     def ratio(self) -> float:
@@ -125,7 +123,7 @@ class Finding:
     p_value: float
     gain: float
     instead_of: str = ""
-    parameters: tuple[tuple[str, float, float, str], ...] = ()
+    parameters: Parameters = ()
     fit: Refinement | None = field(default=None, repr=False, compare=False)
     worse_by: float | None = None
     margin: float | None = None
@@ -153,6 +151,21 @@ def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") ->
         gain=gain,
         instead_of=instead_of,
         parameters=part.parameters,
+    )
+
+
+def parameters_of(active: ActiveEffect, errors: Sequence[float]) -> Parameters:
+    """The parameters of an effect that has several or whose one parameter needs its name, as a position its axis.
+
+    Not those of a step change: its instant is given by itself.
+    """
+    kind, names = KINDS.get(active.effect.kind), [number.name for number in active.effect.parameters]
+    needs_no_name = kind is None or names == [kind.leading] or not names
+    if is_step_change(active) or (len(active.values) < 2 and needs_no_name):
+        return ()
+    return tuple(
+        (parameter.name, value, error, parameter.unit)
+        for parameter, value, error in zip(active.effect.parameters, active.values, errors, strict=True)
     )
 
 

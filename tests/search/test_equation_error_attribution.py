@@ -1,9 +1,14 @@
 """The attribution of an equation-error decision: a structure with fewer parts, re-estimated by the same regression."""
 
+import lateral_flights as commuter
 import numpy as np
 import pytest
 from equations_decided import decided, questioned
+from scipy.signal import lfilter
 
+from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.settings import LoopSettings
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
@@ -45,3 +50,19 @@ def test_without_its_only_effect_the_structure_is_the_declared_one_as_regressed(
             assert lacking.model.value(entry) == pytest.approx(expected.value(("term", entry)), abs=0.05 * deviation)
             moved.append(abs(found.completed.model.value(entry) - lacking.model.value(entry)) / deviation)
     assert max(moved) > 1.0
+
+
+def test_the_completed_aircraft_keeps_the_axis_of_a_position_found_in_gusts() -> None:
+    """A vane 1.5 m above its declared position stood without axis, and was read again as one ahead or behind."""
+
+    def flown(name: str, seed: int) -> FlightLog:
+        shocks = np.random.default_rng(seed).standard_normal(commuter.Lateral().time.size)
+        gust = lfilter([0.14], [1.0, -0.98], shocks)
+        flight = commuter.Lateral(seed=seed, positions={"beta": (0.0, 0.0, -1.5)}, inputs={"side_gust": gust}, size=1.5)
+        return flight.log(mirrored=name == "unseen", name=name)
+
+    settings = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
+    aircraft = commuter.aircraft(commuter.SIDE, 0.95)
+    found = close_loop([flown("fitted", 21)], aircraft, [flown("unseen", 24)], settings)
+    (place,) = (each for each in found.completed_aircraft.effects if each.kind == "sensor_position")
+    assert place.parameters == {"z": place.value}
