@@ -34,7 +34,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
-from aerosid.search.findings import Finding, Parameters, log_of_step, named, parameters_of
+from aerosid.search.findings import Finding, Parameters, axes_of, log_of_step, named, parameters_of
 
 Array = NDArray[np.float64]
 
@@ -228,15 +228,10 @@ def _finding(row: EffectEstimate, decision: EquationErrorDecision, simulated: _S
         ordinal=active.ordinal if active is not None else 1,
         p_value=float(min(1.0, 2.0 * ndtr(-ratio) * decision.hypothesis_count)),
         gain=2.0 * row.gain,
-        along=_axes(row.active),
+        along=axes_of(row.active),
         parameters=_parameters(row, active, errors),
         unseen_better=row.improves_prediction,
     )
-
-
-def _axes(active: ActiveEffect | None) -> str:
-    """The body axes of a sensor position; empty for any other effect."""
-    return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
 def _parameters(row: EffectEstimate, active: ActiveEffect | None, errors: Sequence[float]) -> Parameters:
@@ -264,7 +259,7 @@ def _alternative(row: Alternative, tested: int) -> Finding:
         log=log_of_step(row.active),
         p_value=float(min(1.0, 2.0 * ndtr(-row.ratio) * tested)),
         gain=2.0 * row.gain,
-        along=_axes(row.active),
+        along=axes_of(row.active),
         instead_of=named(row.replaces.label),
         worse_by=2.0 * row.deficit,
         margin=2.0 * row.margin,
