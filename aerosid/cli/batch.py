@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -27,7 +27,7 @@ def batch_command(
     find: Annotated[bool, typer.Option("--find", help="Use the elevator manoeuvres found in each log.")] = False,
     catalogue: Annotated[str, typer.Option(help="Candidate effects: all, or terms (aerodynamic terms only).")] = "all",
     against: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             help="Abscissa of the derivative plots: alpha, mach, V, h or mass; default mach where it varies.",
             show_default=False,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -18,7 +18,7 @@ def find_command(
     ],
     channels: ChannelsOption = None,
     aircraft: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             "--aircraft",
             metavar="FILE",
@@ -27,14 +27,14 @@ def find_command(
         ),
     ] = None,
     kinds: Annotated[
-        Optional[str],
+        str | None,
         typer.Option("--kinds", metavar="KIND,...", help="Only these kinds, as in trim,phugoid.", show_default=False),
     ] = None,
     rejected: Annotated[
         bool, typer.Option("--rejected", help="Also list dynamic parts that are not manoeuvres.")
     ] = False,
     out: Annotated[
-        Optional[Path],
+        Path | None,
         out_folder(
             "Write cuts with their maps, segments.csv, manoeuvres.json and a page with a picture of each.",
             show_default=False,

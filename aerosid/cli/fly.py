@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -23,7 +23,7 @@ def fly_command(
     ],
     out: Annotated[Path, out_file("Native log, NAME.csv; the other files go to the same folder.", "LOG")],
     shapes: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             "--input",
             metavar="INPUT",
@@ -37,7 +37,7 @@ def fly_command(
         float, typer.Option(parser=in_unit("rad"), metavar="RAD", help="Deflection, rad, in the positive sense.")
     ] = 0.03,
     unit: Annotated[
-        Optional[float],
+        float | None,
         typer.Option(
             parser=in_unit("s"),
             metavar="S",
@@ -46,25 +46,25 @@ def fly_command(
         ),
     ] = None,
     duration: Annotated[
-        Optional[float],
+        float | None,
         typer.Option(
             parser=in_unit("s"), metavar="S", help="Duration, s.", show_default="14, or as long as several inputs take"
         ),
     ] = None,
     interval: Annotated[float, typer.Option(parser=in_unit("s"), metavar="S", help="Sampling interval, s.")] = 0.02,
     airspeed: Annotated[
-        Optional[float],
+        float | None,
         typer.Option(parser=in_unit("m/s"), metavar="M/S", help="Trim airspeed, m/s.", show_default="the aircraft's"),
     ] = None,
     altitude: Annotated[
-        Optional[float],
+        float | None,
         typer.Option(
             parser=in_unit("m"), metavar="M", help="Trim altitude, m.", show_default="the aircraft's, or 1500"
         ),
     ] = None,
     noise: Annotated[float, typer.Option(help="Factor on the usual sensor noise.")] = 1.0,
     effect: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             metavar="KIND[:WHERE[:TERM]]=NUMBERS[@S]",
             help="Effect that is flown but not declared in the aircraft file (README); repeatable.",

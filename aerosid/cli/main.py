@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -145,7 +145,7 @@ def close_loop_command(
         str, typer.Option("--aircraft", metavar="FILE", help="Aircraft file, or a bundled name.", show_default=False)
     ],
     validate: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             "--validate",
             metavar="LOG",
@@ -154,7 +154,7 @@ def close_loop_command(
         ),
     ] = None,
     hold_out: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             "--hold-out",
             metavar="LOG",
@@ -164,7 +164,7 @@ def close_loop_command(
     ] = None,
     channels: ChannelsOption = None,
     out: Annotated[
-        Optional[Path],
+        Path | None,
         out_folder("Output folder; default reports/<log name>/.", show_default=False),
     ] = None,
     start: FromOption = None,
@@ -183,7 +183,7 @@ def close_loop_command(
         str, typer.Option(help="Low-pass filter before the model-error estimator: zero-phase, causal or off.")
     ] = "zero-phase",
     error_density: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             "--error-density",
             metavar="U,W,Q,THETA",
@@ -199,7 +199,7 @@ def close_loop_command(
         bool, typer.Option("--static", help="Static figures only: report.html of half a megabyte, not five.")
     ] = False,
     flight_phase: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             "--flight-phase",
             metavar="A|B|C",
@@ -208,7 +208,7 @@ def close_loop_command(
         ),
     ] = None,
     aircraft_class: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             "--class",
             metavar="I|II|II-C|III|IV",
@@ -220,7 +220,7 @@ def close_loop_command(
         bool, typer.Option("--no-next-flight", help="Do not design an input for the next flight.")
     ] = False,
     limit: Annotated[
-        Optional[list[str]],
+        list[str] | None,
         typer.Option(
             "--limit",
             metavar="NAME=LOW:HIGH",

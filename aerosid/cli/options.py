@@ -11,7 +11,6 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
-# typer resolves annotations at run time, where Optional is what every supported version understands.
 ChannelsOption = Annotated[
     Path | None,
     typer.Option("--channels", metavar="FILE", help="Channel map for all logs of the call.", show_default=False),

@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -31,7 +31,7 @@ def replay_command(
     ],
     channels: ChannelsOption = None,
     out: Annotated[
-        Optional[Path],
+        Path | None,
         out_folder("Output folder; default reports/<log name>/.", show_default=False),
     ] = None,
     step: Annotated[float, typer.Option(help="Flight time between frames, s.")] = 0.25,

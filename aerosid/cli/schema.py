@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Optional
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,7 +24,7 @@ def schema_command(
     document: Annotated[
         str, typer.Argument(metavar="DOCUMENT", help=f"One of {', '.join(DOCUMENTS)}.", show_default=False)
     ],
-    out: Annotated[Optional[Path], out_file("Output file; default the terminal.")] = None,
+    out: Annotated[Path | None, out_file("Output file; default the terminal.")] = None,
 ) -> None:
     """Writes the JSON Schema (draft 2020-12) of result.json, of `check --json`, of batch.json or of study.json."""
     from aerosid.file_set import text, write_files

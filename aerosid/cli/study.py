@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -24,9 +24,9 @@ def _option(*names: str, help: str, metavar: str | None = None, unit: str = "") 
     return info
 
 
-Text = Optional[str]
-Number = Optional[float]
-Count = Optional[int]
+Text = str | None
+Number = float | None
+Count = int | None
 
 
 def study_command(
