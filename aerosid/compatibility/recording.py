@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED, STATES
-from aerosid.estimation.manoeuvre import first_mean
-from aerosid.flight_model.constants import GRAVITY
+from aerosid.estimation.manoeuvre import first_mean, steady_pitch
 from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.constant_channels import is_constant
 from aerosid.logs.flight_log import FlightLog, Position
@@ -229,7 +228,7 @@ def _first_state(recording: Recording, stretch: slice) -> Array:
     )
     alpha += q * recording.positions.get("alpha", (0.0, 0.0, 0.0))[0] / speed
     if not np.isfinite(theta):
-        theta = float(np.arcsin(np.clip(a_x / GRAVITY, -0.9, 0.9)))
+        theta = steady_pitch(a_x)
     plane = speed * np.cos(beta)
     motion = {"u": plane * np.cos(alpha), "w": plane * np.sin(alpha), "theta": theta}
     return np.array([motion.get(name, h if np.isfinite(h) else 0.0) for name in STATES])

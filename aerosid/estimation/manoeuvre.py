@@ -266,11 +266,16 @@ def initial_state(flight: Flight, axes: Axes = LONGITUDINAL) -> NDArray[np.float
     beta = held("beta") - (ahead * r - below * p) / speed
     if "theta" in first and not np.isfinite(first["theta"]):
         a_x = first.get("a_x", np.nan)
-        theta = float(np.arcsin(np.clip(a_x / GRAVITY, -0.9, 0.9))) if np.isfinite(a_x) else alpha
+        theta = steady_pitch(a_x) if np.isfinite(a_x) else alpha
     plane = speed * np.cos(beta)
     motion = {name: held(name) for name in axes.integrated} | {"theta": theta}
     motion |= {"u": plane * np.cos(alpha), "v": speed * np.sin(beta), "w": plane * np.sin(alpha)}
     return state_vector(axes, motion)
+
+
+def steady_pitch(a_x: float) -> float:
+    """Pitch angle, rad, of unaccelerated flight with a specific force `a_x` [m/s^2]; no steeper than 64 degrees."""
+    return float(np.arcsin(np.clip(a_x / GRAVITY, -0.9, 0.9)))
 
 
 def first_mean(values: NDArray[np.float64], count: int) -> float:
