@@ -167,7 +167,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     measured = {(row.log, row.coefficient) for row in coefficients}
     progress("computing the error without each effect")
     gains = prediction_gains(completed, known.search, identified.validation, identified.hold_out)
-    effects = effect_rows(completed, {}, *gains)
+    effects = effect_rows(completed, *gains)
     rows = known.rows(None)
     others, lowered = known.found.other_derivatives, known.found.lowered
     summary = summarise(known.verdict, effects, tuple(errors), others, lowered, leaves=known.leaves_residual)

@@ -118,16 +118,14 @@ def effect_row(rank: int, finding: Finding, evidence: Evidence, *, several: bool
     )
 
 
-def effect_rows(
-    found: Attribution, correlations: Mapping[Entry, float], gains: Gains, hold_out_gains: Gains
-) -> tuple[Effect, ...]:
-    """The findings, most certain first, each with its evidence."""
+def effect_rows(found: Attribution, gains: Gains, hold_out_gains: Gains) -> tuple[Effect, ...]:
+    """The findings, most certain first, each with its evidence but the correlation, which `with_correlations` adds."""
     confirmed = {each.entry: Confirmation(each.value, each.std_error, each.p_value) for each in found.confirmed}
     rows = []
     for rank, finding in enumerate(found.findings, start=1):
         term = finding.entry
         evidence = Evidence(
-            correlation=correlations.get(term) if term is not None else None,
+            correlation=None,
             p_value=finding.p_value,
             validation_gain=gains.get(identity(finding)),
             likelihood_gain=finding.gain,

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
 from aerosid.aircraft import Aircraft
@@ -19,28 +16,19 @@ FOOT, KNOT = 0.3048, 1852.0 / 3600.0
 """Standard: m, m/s."""
 
 
-@dataclass(frozen=True)
-class FlightCondition:
-    """The condition of one log: quantity -> text."""
+def flight_condition(log: FlightLog, aircraft: Aircraft) -> dict[str, str]:
+    """Mean values over the record as texts by quantity, with their range where they vary.
 
-    log: str
-    role: str
-    entries: Mapping[str, str]
-
-
-def flight_condition(log: FlightLog, role: str, aircraft: Aircraft) -> FlightCondition:
-    """Mean values over the record, with their range where they vary; `not recorded` where neither file gives them.
+    `not recorded` where neither file gives them.
 
     Parameters
     ----------
     log : FlightLog
         One recording, cut to the span used.
-    role : str
-        What it was used for.
     aircraft : Aircraft
         Source of mass and air density where the log does not contain them.
     """
-    entries = {
+    return {
         "altitude": _altitude(log),
         "true airspeed": _shown(log, "V"),
         "calibrated airspeed": _calibrated(log, aircraft),
@@ -50,7 +38,6 @@ def flight_condition(log: FlightLog, role: str, aircraft: Aircraft) -> FlightCon
         "flaps": _shown(log, "delta_f") if _held(log, "delta_f") else _configured(aircraft, "flaps"),
         "gear": _configured(aircraft, "gear"),
     }
-    return FlightCondition(log.name, role, entries)
 
 
 def _configured(aircraft: Aircraft, name: str) -> str:

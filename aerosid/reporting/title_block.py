@@ -17,7 +17,7 @@ from aerosid.loop.result import ClosedLoop
 from aerosid.loop.roles import ROLES
 from aerosid.loop.settings import USUAL
 from aerosid.notation import listed, plain
-from aerosid.reporting.flight_condition import NOT_RECORDED, FlightCondition, flight_condition
+from aerosid.reporting.flight_condition import NOT_RECORDED, flight_condition
 from aerosid.reporting.result_json import portable
 from aerosid.reporting.roles import NAMES
 
@@ -58,7 +58,7 @@ def title_block(result: ClosedLoop) -> dict[str, Any]:
     return {
         "run": _run(result),
         "files": _files(result, roles),
-        "conditions": _rows([flight_condition(log, role, result.aircraft) for role, log in roles]),
+        "conditions": _rows([flight_condition(log, result.aircraft) for _, log in roles]),
         "logs": [(log.name, role) for role, log in roles],
         "references": _references(result),
     }
@@ -118,9 +118,9 @@ def _files(result: ClosedLoop, roles: list[tuple[str, FlightLog]]) -> list[UsedF
     return [*logs, *maps, aircraft]
 
 
-def _rows(conditions: list[FlightCondition]) -> list[tuple[str, list[str]]]:
+def _rows(conditions: list[dict[str, str]]) -> list[tuple[str, list[str]]]:
     """One row per quantity, one text per log; quantities recorded in no log are listed once at the end."""
-    rows = [(name, [condition.entries[name] for condition in conditions]) for name in conditions[0].entries]
+    rows = [(name, [condition[name] for condition in conditions]) for name in conditions[0]]
     silent = [name for name, texts in rows if set(texts) == {NOT_RECORDED}]
     recorded = [row for row in rows if row[0] not in silent]
     return [*recorded, (listed(silent), [NOT_RECORDED] * len(conditions))] if silent else recorded

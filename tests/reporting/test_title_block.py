@@ -77,7 +77,7 @@ def test_the_condition_is_that_of_the_recording(result: ClosedLoop) -> None:
     flat = {**log.channels, "h": np.full(log.samples, 3000.0), "V": np.full(log.samples, 120.0)}
     steady = dataclasses.replace(log, channels={**flat, "mass": np.full(log.samples, 2100.0)})
     units = {**steady.units, "mass": "kg"}
-    condition = flight_condition(dataclasses.replace(steady, units=units), "identification", result.aircraft).entries
+    condition = flight_condition(dataclasses.replace(steady, units=units), result.aircraft)
     assert condition["altitude"] == "3000 m, 9843 ft"
     assert condition["mass"] == "2100 kg"
     assert condition["true airspeed"] == "120.0 m/s"
@@ -90,7 +90,7 @@ def test_the_condition_is_that_of_the_recording(result: ClosedLoop) -> None:
 def test_the_configuration_is_that_of_the_aircraft_file(result: ClosedLoop) -> None:
     flown = {"centre_of_gravity": "25 % of the mean chord", "gear": "down"}
     aircraft = dataclasses.replace(result.aircraft, configuration=flown)
-    condition = flight_condition(result.identification[0], "identification", aircraft).entries
+    condition = flight_condition(result.identification[0], aircraft)
     assert (condition["centre of gravity"], condition["gear"]) == ("25 % of the mean chord", "down")
     assert condition["flaps"] == "not recorded"
 
