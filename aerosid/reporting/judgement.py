@@ -25,7 +25,7 @@ DECISIONS = {
     Verdict.NOTHING_MISSING: "No term needs to be added. Decide whether to adopt the re-estimated derivatives "
     "in completed_aircraft.toml.",
     Verdict.NOT_EXCITED: "Nothing can be decided from these flights. Fly a manoeuvre with a response well above the "
-    "measurement noise, such as a 3-2-1-1 of the elevator.",
+    "measurement noise, such as a 3-2-1-1 of each control in turn.",
     Verdict.INCONSISTENT_DATA: "Correct the data first: check units, signs, delays and sensor positions in the channel "
     "map, then run again.",
 }

@@ -97,15 +97,19 @@ def _factor_label(factor: Factor) -> str:
     return body if factor.power == 1 else body + str(factor.power).translate(SUPERSCRIPTS)
 
 
-_QUANTITIES = {"sigma": "standard deviation sigma_w", "length": "scale length"}
-"""Names of parameters of effects whose own name is too short."""
+_QUANTITIES = {
+    "sigma": "standard deviation",
+    "sigma_side": "lateral standard deviation",
+    "length": "scale length",
+}
+"""Names of parameters of effects whose own name says too little."""
 
 
 def quantity(name: str) -> str:
     """The name of an effect's parameter in words: `time_constant` as time constant; a coefficient is kept."""
-    if symbol(name) != Symbol(name):
-        return name
-    return _QUANTITIES.get(name, name.replace("_", " "))
+    if name in _QUANTITIES:
+        return _QUANTITIES[name]
+    return name if symbol(name) != Symbol(name) else name.replace("_", " ")
 
 
 def effect_name(effect: Effect) -> str:

@@ -10,10 +10,11 @@ from problems_report import closed_loop
 from aerosid.loop.derivative_table import notes_on_insignificant_derivatives
 from aerosid.loop.effect_rows import Effect, Evidence
 from aerosid.loop.result import ClosedLoop
-from aerosid.reporting.judgement import open_points
+from aerosid.loop.verdict import Verdict
+from aerosid.reporting.judgement import DECISIONS, open_points
 from aerosid.reporting.page import compose
 from aerosid.reporting.remarks import remarks
-from aerosid.reporting.words import short_effect
+from aerosid.reporting.words import quantity, short_effect
 
 
 @pytest.fixture(scope="module")
@@ -115,3 +116,14 @@ def test_a_short_name_holds_time_and_place_once() -> None:
     assert short_effect(pushed) == "thrust change at 87.97 s"
     late = dataclasses.replace(pushed, kind="sensor_delay", where="alpha", time=None)
     assert short_effect(late) == "sensor delay of alpha"
+
+
+def test_the_standard_deviation_of_a_gust_is_named_whatever_its_axis() -> None:
+    """The lateral one of turbulence was called `sigma side`, the words for the other were never reached."""
+    assert [quantity(name) for name in ("sigma", "sigma_side", "length", "time_constant")] == [
+        "standard deviation", "lateral standard deviation", "scale length", "time constant",
+    ]  # fmt: skip
+
+
+def test_what_to_fly_where_nothing_is_excited_holds_for_every_case_of_motion() -> None:
+    assert "elevator" not in DECISIONS[Verdict.NOT_EXCITED]
