@@ -220,6 +220,16 @@ def _double(work: StepWork) -> bool:
 
 
 @njit_inline
+def _halvings(norm: float) -> int:
+    """How often a step of this norm, 1, is halved to be short."""
+    halvings = 0
+    while norm > _SHORT_STEP_NORM and halvings < _MAX_DOUBLINGS:
+        norm *= 0.5
+        halvings += 1
+    return halvings
+
+
+@njit_inline
 def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
     """The step's Phi, Q, G, c_x, c_lambda into `work`, in balanced units; False where they cannot be formed.
 
@@ -243,11 +253,8 @@ def step_map(F: Array, W: Array, C: Array, dt: float, work: StepWork) -> bool:
     norm = _balance(F, W, C, scale) * dt
     if not norm < math.inf:
         return False
-    doublings = 0
-    while norm > _SHORT_STEP_NORM and doublings < _MAX_DOUBLINGS:
-        norm *= 0.5
-        dt *= 0.5
-        doublings += 1
+    doublings = _halvings(norm)
+    dt *= 0.5**doublings
     for i in range(n):
         down, up = dt / scale[i], dt * scale[i]
         for j in range(n):
@@ -300,11 +307,8 @@ def transition_step(F: Array, dt: float, Phi: Array, Gamma0: Array, Gamma1: Arra
     norm = _balance(F, Phi, Phi, scale) * dt
     if not norm < math.inf:
         return False
-    doublings = 0
-    while norm > _SHORT_STEP_NORM and doublings < _MAX_DOUBLINGS:
-        norm *= 0.5
-        dt *= 0.5
-        doublings += 1
+    doublings = _halvings(norm)
+    dt *= 0.5**doublings
     for i in range(n):
         for j in range(n):
             A[i, j] = F[i, j] * dt * scale[j] / scale[i]
