@@ -186,7 +186,7 @@ def decide(
     # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
     excluded = {*refuted, *(h.label for h in jointly), *(row.hypothesis.label for row in other_delays)}
     alternatives = (*other_delays, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
-    before = _declared_alike(estimate(fitted_estimate.problem, start), biased)
+    before = _declared_alike(estimate(replace(fitted_estimate.problem, of_recorded_motion=False), start), biased)
     level_shifts = _level_shifts(structure, fitted_estimate, search, further)
     fits = functools.partial(fits_with_shifts, as_compared(fitted_estimate.problem), level_shifts)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]

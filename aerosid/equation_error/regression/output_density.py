@@ -8,8 +8,9 @@ band, twice, for a complex amplitude is two real numbers. Of a first-order proce
 seconds tends to |L_p| T/2, the term by which Ito's integral differs from that with the symmetric derivative (Liptser &
 Shiryayev, Statistics of Random Processes II, chapter 17).
 
-Near a structure's estimate the determinant hardly changes, and a misfit of the model, which is no noise, would be
-weighed wrongly by it; least squares is kept there. It decides between structures whose damping differs by a factor.
+Where all modes are damped, this is the determinant of the initial-value problem; one that grows within a record is not.
+A misfit of the model, which is no noise, would be weighed wrongly by it: least squares is kept but where structures are
+compared whose damping differs.
 """
 
 from __future__ import annotations
@@ -34,12 +35,21 @@ ITERATIONS = 2
 """Numerical: times that the determinant's gradient is taken at the values which the gradient before gave."""
 
 
+STEP = 1e-4
+"""Numerical: change of a term's value, over it or 1, by which the motion's dependence on it is found."""
+
+
 class _Motion(NamedTuple):
     """The linear equations of motion of a record: without the unknowns (n, n), slopes by them (U, n, n), rad/s (K,)."""
 
     known: Array
     slopes: Array
     frequencies: Array
+
+    @property
+    def s(self) -> NDArray[np.complex128]:
+        """J w, (K, 1, 1)."""
+        return np.asarray(1j * self.frequencies[:, None, None], dtype=np.complex128)
 
 
 @dataclass(frozen=True)
@@ -57,27 +67,42 @@ class OutputDensity:
     motions: tuple[_Motion, ...]
     places: NDArray[np.int64]
 
-    def at(self, values: Array) -> tuple[float, Array]:
-        """The logarithm and its gradient, (P,), at values (P,) of the unknowns."""
-        total, gradient = 0.0, np.zeros(values.size)
-        for known, slopes, frequencies in self.motions:
-            matrix = known + np.tensordot(values[self.places], slopes, axes=1)
-            s = 1j * frequencies[:, None, None]
-            characteristic = s * np.eye(matrix.shape[0]) - matrix
-            total += 2.0 * float(np.sum(np.linalg.slogdet(characteristic / s)[1]))
-            resolvent = np.linalg.inv(characteristic).sum(axis=0).real
-            gradient[self.places] -= 2.0 * np.einsum("ji,uij->u", resolvent, slopes)
-        return total, gradient
+    def logarithm(self, values: Array) -> float:
+        """At values (P,) of the unknowns."""
+        return sum(
+            2.0 * float(np.sum(np.linalg.slogdet(self._characteristic(each, values) / each.s)[1]))
+            for each in self.motions
+        )
+
+    def gradient(self, values: Array) -> Array:
+        """Of the logarithm, (P,), at values (P,) of the unknowns."""
+        gradient = np.zeros(values.size)
+        for each in self.motions:
+            resolvent = np.linalg.inv(self._characteristic(each, values)).sum(axis=0).real
+            gradient[self.places] -= 2.0 * np.einsum("ji,uij->u", resolvent, each.slopes)
+        return gradient
+
+    def _characteristic(self, motion: _Motion, values: Array) -> NDArray[np.complex128]:
+        """J w - A at every frequency, (K, n, n)."""
+        matrix = motion.known + np.tensordot(values[self.places], motion.slopes, axes=1)
+        return motion.s * np.eye(matrix.shape[0]) - matrix
 
     def likeliest(self, least_squares: Array, covariance: Array) -> tuple[Array, float]:
         """Values (P,) of highest likelihood with the determinant, and its logarithm there.
 
         `covariance`, (P, P), of the least-squares values (P,).
         """
-        values = least_squares
+        values, log_determinant = least_squares, self.logarithm(least_squares)
+        likelihood = log_determinant
         for _ in range(ITERATIONS):
-            values = least_squares + covariance @ self.at(values)[1]
-        return values, self.at(values)[0]
+            gradient = self.gradient(values)
+            step = covariance @ gradient
+            reached = self.logarithm(least_squares + step)
+            if reached - 0.5 * float(gradient @ step) < likelihood:
+                break  # a covariance so wide that the determinant is not linear within it
+            values, log_determinant = least_squares + step, reached
+            likelihood = reached - 0.5 * float(gradient @ step)
+        return values, log_determinant
 
     def without(self, removed: Collection[int]) -> OutputDensity:
         """The same without some unknowns, which are zero."""
@@ -99,7 +124,7 @@ def output_density(
     ----------
     recordings : sequence of Recording
     model : AerodynamicModel
-        Its terms that are no unknowns are known.
+        With its inertia as it acts; its terms that are no unknowns are known.
     unknowns : sequence of Unknown
         Of the regression.
     samples : mapping of int to int
@@ -112,22 +137,27 @@ def output_density(
 
 
 def _motion(model: AerodynamicModel, columns: Sequence[int], recording: Recording, samples: int) -> _Motion:
-    """The linear equations about a record's mean, whose rates are linear in the terms' values."""
-    values = np.array(model.values)
-    values[columns] = 0.0
-    known = rates_matrix(model.with_values(values), recording)
-    slopes = np.zeros((len(columns), *known.shape))
+    """The linear equations about a record's mean, linearised by the unknowns about the model's values.
+
+    They are products of terms where the moment depends on alphadot, and thereby on the forces.
+    """
+    here, own = rates_matrix(model, recording), model.values[list(columns)]
+    slopes = np.zeros((len(columns), *here.shape))
     for n, column in enumerate(columns):
-        values[column] = 1.0
-        slopes[n] = rates_matrix(model.with_values(values), recording) - known
-        values[column] = 0.0
+        values = model.values.copy()
+        values[column] += STEP * max(abs(float(values[column])), 1.0)
+        moved = rates_matrix(model.with_values(values), recording)
+        slopes[n] = (moved - here) / (values[column] - model.values[column])
     span = samples * recording.band.step * recording.interval
-    frequencies = np.asarray(2.0 * np.pi * np.arange(1, samples // 2 + 1) / span, dtype=np.float64)
-    return _Motion(known, slopes, frequencies)
+    frequencies = np.asarray(2.0 * np.pi * np.arange(1, (samples + 1) // 2) / span, dtype=np.float64)
+    return _Motion(here - np.tensordot(own, slopes, axes=1), slopes, frequencies)
 
 
 def rates_matrix(model: AerodynamicModel, recording: Recording) -> Array:
-    """Partial derivatives (n, n) of the states' rates by the n coupled states, at the mean of a record."""
+    """Partial derivatives (n, n) of the states' rates by the n coupled states, at the mean of a record.
+
+    Of effects those on the inertia are in the model; a displaced centre of gravity and flow separation are left out.
+    """
     inputs = dict(zip(recording.manoeuvre.columns, recording.manoeuvre.flight.inputs.mean(axis=0), strict=True))
     mean = {**inputs, **{name: float(np.mean(values)) for name, values in recording.channels.items()}}
     speed, alpha = float(mean["V"]), float(mean.get("alpha", 0.0))

@@ -18,6 +18,7 @@ from aerosid.equation_error.regression.design import Design, design_of
 from aerosid.equation_error.regression.expected_values import gust_responses_among
 from aerosid.equation_error.regression.output_density import output_density
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.estimation.effects_in_flight import acting_model
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ class RegressionProblem:
 
     `all_fitted`: whether coefficients are regressed on the validation records too. `declared`: a-priori values of
     derivatives, with which estimates may disagree. `gust_responses`: a-priori responses of coefficients to gusts.
-    `output_density`: whether the likelihood is that of the recorded motion in place of the residuals.
+    `of_recorded_motion`: whether the likelihood is that of the recorded motion in place of the residuals.
     """
 
     recordings: tuple[Recording, ...]
@@ -37,7 +38,7 @@ class RegressionProblem:
     all_fitted: bool = False
     declared: DeclaredValues | None = None
     gust_responses: Mapping[str, GustResponse] = field(default_factory=dict)
-    output_density: bool = False
+    of_recorded_motion: bool = False
 
     @cached_property
     def _equations(self) -> Equations:
@@ -71,10 +72,11 @@ class RegressionProblem:
         return replace(design, declared=declared, expected=gust_responses_among(self.gust_responses, design.unknowns))
 
     def _with_density(self, design: Design, point: Point) -> Design:
-        if not self.output_density:
+        if not self.of_recorded_motion:
             return design
         samples = {index: design.rows(s).stop - design.rows(s).start for s, (index, _) in enumerate(design.segments)}
-        return replace(design, density=output_density(self.recordings, point.model, design.unknowns, samples))
+        model = acting_model(point.model, point.effects)
+        return replace(design, density=output_density(self.recordings, model, design.unknowns, samples))
 
     @cached_property
     def _kinematic(self) -> dict[tuple[tuple[int, str], ...], Design]:

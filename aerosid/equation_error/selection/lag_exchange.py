@@ -2,9 +2,10 @@
 
 An aileron that lags with the time constant t, and a rolling mode with 1/a, respond to a step with both. Where the two
 are exchanged, with the derivatives of C_l by as much, the response to the control is the same, and only sideslip and
-yaw tell them apart. Least squares then prefers the lower damping, whose residuals are smaller: of twelve simulated
-pairs in gusts the lag of four came out as the rolling mode, and all derivatives of C_l at half their size, 17 to 38 of
-their standard errors off. The density of the recorded motion contains the determinant that makes up for it.
+yaw tell them apart. Least squares then prefers the lower damping, whose residuals are smaller, in gusts and in calm
+air: of twelve simulated pairs the lag of four came out as the rolling mode, and all derivatives of C_l at half their
+size, 17 to 38 of their standard errors off. The density of the recorded motion contains the determinant that makes up
+for it.
 """
 
 from __future__ import annotations
@@ -19,11 +20,19 @@ from aerosid.equation_error.regression.estimate import Estimate, Optimum, maximi
 from aerosid.equation_error.regression.output_density import rates_matrix
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.structure import SelectedStructure
+from aerosid.estimation.effects_in_flight import acting_model
 
 CONTROL_LAG = "control_lag"
+"""Standard: the kind of effect that is a first-order element between a recorded control and its surface."""
 
 REACH = 5.0
-"""Numerical: ratio of a lag to a mode's time constant, or its inverse, beyond which they are told apart by any step."""
+"""Design: ratio of a lag to a mode's time constant, or its inverse, up to which both assignments are estimated."""
+
+GROWTH = 2.0 * np.pi
+"""Numerical: rate of growth, 1/s, times the record's length from which a mode is in its band; a spiral is slower."""
+
+SURFACE = "delta_"
+"""Standard: with what the names of surfaces begin; a thrust's lag is far from the modes that thrust drives."""
 
 STEPS = 15
 """Numerical: Gauss-Newton steps at most; along the line between the two the likelihood is flat."""
@@ -34,33 +43,34 @@ def resolve_lag_exchange(
 ) -> tuple[CoefficientSearch, SelectedStructure]:
     """The structure with a control's lag that the motion's density supports, and the search with that density.
 
-    Both are unchanged where no lag is near a mode's time constant, where the density confirms it within the deviations
-    that an effect needs, and where a validation record contradicts the other value.
+    Both are unchanged where no lag of a surface is near a mode's time constant, where the likelihood of the motion
+    moves none by more than its standard error, and where a mode grows within the record: the density is that of damped
+    modes. What was selected beside the lag stays.
     """
     found = structure.estimate
     starts = [found.point, *_exchanged(found)]
     if len(starts) == 1:
         return search, structure
-    problem = replace(found.problem, output_density=True)
+    problem = replace(found.problem, of_recorded_motion=True)
     weights = found.solution.weights
     reached = [maximise_likelihood(problem, start, weights, steps=STEPS) for start in starts]
     likeliest = max(reached, key=lambda each: each.log_likelihood)
     if not _differs(found, likeliest):
         return search, structure
-    in_density = replace(search, fitted=replace(search.fitted, output_density=True))
+    in_density = replace(search, fitted=replace(search.fitted, of_recorded_motion=True))
     return in_density, SelectedStructure(likeliest.estimate, structure.chosen)
 
 
 def _exchanged(found: Estimate) -> Iterator[Point]:
-    """The points at which the lag of a control is the time constant of an aperiodic mode."""
-    point = found.point
-    modes = [
-        float(-1.0 / root.real)
-        for root in np.linalg.eigvals(rates_matrix(point.model, found.problem.recordings[0]))
-        if root.imag == 0.0 and root.real < 0.0
-    ]
+    """The points at which a surface's lag is the time constant of an aperiodic mode, by the first record's modes."""
+    point, recording = found.point, found.problem.recordings[0]
+    roots = np.linalg.eigvals(rates_matrix(acting_model(point.model, point.effects), recording))
+    if np.max(roots.real) * float(recording.time[-1] - recording.time[0]) > GROWTH:
+        return
+    modes = [float(-1.0 / root.real) for root in roots if root.imag == 0.0 and root.real < 0.0]
     for n, active in enumerate(point.effects):
-        if active.effect.kind != CONTROL_LAG or not active.values or active.values[0] <= 0.0:
+        is_lag = active.effect.kind == CONTROL_LAG and active.effect.where.startswith(SURFACE)
+        if not is_lag or not active.values or active.values[0] <= 0.0:
             continue
         for constant in modes:
             if 1.0 / REACH < constant / active.values[0] < REACH:
@@ -69,7 +79,7 @@ def _exchanged(found: Estimate) -> Iterator[Point]:
 
 
 def _differs(found: Estimate, other: Optimum) -> bool:
-    """Whether a lag has moved by more than the deviations that an effect needs."""
+    """Whether a lag has moved by more than its standard error."""
     deviations = np.sqrt(np.maximum(np.diag(found.solution.covariance), 0.0))
     return any(
         abs(after.values[0] - before.values[0]) > deviations[found.design.unknowns.index(("effect", n, 0))]
