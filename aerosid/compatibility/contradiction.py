@@ -8,7 +8,7 @@ which the others agree is named; else those that contradict each other.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,14 +16,19 @@ from numpy.typing import NDArray
 
 from aerosid.compatibility.agreement import Contradiction
 from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
+from aerosid.compatibility.misfits import (
+    Misfits,
+    contradicting_outputs,
+    limited,
+    misfits_if_near,
+    misfits_of,
+    suspect_outputs,
+)
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
 from aerosid.compatibility.remedies import OFFSETS, sign_and_unit_remedies, unit_remedies
 from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.compatibility.spikes import spikes_of, spikes_told, without_spikes
-from aerosid.compatibility.window_fit import FIRST_ROUND, QUICK, WindowFitSettings, fit_windows
-from aerosid.effects import ActiveEffect, OutputEffect
-from aerosid.effects.limits import OFFERED
-from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag, sensor_scale
+from aerosid.effects.sensor import sensor_delay, sensor_lag, sensor_scale
 from aerosid.logs.flight_log import ChannelSource
 from aerosid.nomenclature import CHANNELS
 
@@ -62,10 +67,10 @@ def _contradiction(recording: Recording, settings: ContradictionSettings) -> Con
     windows = _windows(recording, settings)
     if windows is None:
         return None
-    misfits = _misfits(windows, settings)
+    misfits = misfits_of(windows, settings)
     contradicting, suspect = (
-        _contradicting_outputs(windows, settings, misfits),
-        _suspect_outputs(windows, settings, misfits),
+        contradicting_outputs(windows, settings, misfits),
+        suspect_outputs(windows, settings, misfits),
     )
     unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
     if unit is None and "h" in (*contradicting, *suspect):
@@ -83,9 +88,7 @@ def _contradiction(recording: Recording, settings: ContradictionSettings) -> Con
     return _diagnosed(windows, settings, misfit, contradicting, suspect)
 
 
-def _airspeed_unit(
-    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
-) -> Contradiction | None:
+def _airspeed_unit(windows: Recording, settings: ContradictionSettings, misfits: Misfits) -> Contradiction | None:
     """The unit of airspeed with which every misfit vanishes, or falls to that of moving air; None where there is none.
 
     Tried before instrument errors: two free scale factors and delays, which are tolerated, can do as well as a factor
@@ -97,7 +100,7 @@ def _airspeed_unit(
     def of_air(factor: float) -> tuple[float, bool]:
         """Misfit of alpha and V, their geometric mean, with another airspeed, and whether all channels agree then."""
         changed = _with_channel(windows, "V", factor * windows.channel("V"))
-        found = _misfits_if_near(
+        found = misfits_if_near(
             changed, settings, lambda first: _mean_in_air(first) * settings.falls_first <= in_air_before
         )
         if found is None:
@@ -106,7 +109,7 @@ def _airspeed_unit(
         in_air = _mean_in_air(found)
         is_worse = any(after[name] > max((1.0 + settings.beside) * before[name], settings.doubtful) for name in before)
         enough = in_air * settings.falls < in_air_before or max(after.values()) < settings.vanishes
-        return in_air, enough and not is_worse and not _contradicting_outputs(changed, settings, found)
+        return in_air, enough and not is_worse and not contradicting_outputs(changed, settings, found)
 
     tried = [(*of_air(factor), factor, remedy) for factor, remedy in unit_remedies("m/s", _source(windows, "V"))]
     agreeing = sorted((in_air, factor, remedy) for in_air, agrees, factor, remedy in tried if agrees)
@@ -122,9 +125,7 @@ def _airspeed_unit(
     )
 
 
-def _height_unit(
-    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
-) -> Contradiction | None:
+def _height_unit(windows: Recording, settings: ContradictionSettings, misfits: Misfits) -> Contradiction | None:
     """The unit of height with which its misfit vanishes and no other grows; None where there is none.
 
     Tried before instrument errors, as that of airspeed: free scale factors and delays of airspeed and height, which are
@@ -133,15 +134,15 @@ def _height_unit(
     before = {name: fraction for name, (fraction, _) in misfits.items()}
     for factor, remedy in unit_remedies("m", _source(windows, "h")):
         changed = _with_channel(windows, "h", factor * windows.channel("h"))
-        after = _misfits_if_near(changed, settings, lambda first: first["h"][0] < settings.doubtful)
-        if after is None or after["h"][0] >= settings.vanishes or _contradicting_outputs(changed, settings, after):
+        after = misfits_if_near(changed, settings, lambda first: first["h"][0] < settings.doubtful)
+        if after is None or after["h"][0] >= settings.vanishes or contradicting_outputs(changed, settings, after):
             continue
         if all(after[name][0] <= max((1.0 + settings.beside) * before[name], settings.doubtful) for name in before):
             return Contradiction(windows.log.name, ("h",), remedy, before["h"])
     return None
 
 
-def _mean_in_air(misfits: dict[str, tuple[float, float]]) -> float:
+def _mean_in_air(misfits: Misfits) -> float:
     """Geometric mean of the misfits of alpha and V: gusts may leave one of them large with any unit of airspeed."""
     return float(np.exp(np.mean([np.log(max(misfits[name][0], 1e-12)) for name in AIR if name in misfits])))
 
@@ -161,76 +162,10 @@ def _windows(recording: Recording, settings: ContradictionSettings) -> Recording
     return compacted(replace(recording, stretches=chosen)) if chosen else None
 
 
-def _misfits(
-    windows: Recording,
-    settings: ContradictionSettings,
-    instrument_errors: Sequence[ActiveEffect] = (),
-    outputs: Sequence[str] = OBSERVED,
-    fit: WindowFitSettings = QUICK,
-) -> dict[str, tuple[float, float]]:
-    """Unexplained fraction of each output's variation, and the misfit itself (SI), with free biases.
-
-    `instrument_errors`: others that are free too, with start values; `fit`: settings of the fit.
-    """
-    left_out = [OBSERVED.index(name) for name in OBSERVED if name not in outputs]
-    compared = windows.compared.copy()
-    compared[:, left_out] = False
-    windows = replace(windows, compared=compared)
-    with np.errstate(all="ignore"):
-        fitted = fit_windows(windows, [*instrument_errors, *_biases(windows, settings)], fit)
-    result = {}
-    for name in windows.outputs:
-        i = OBSERVED.index(name)
-        squares, variation, count = 0.0, 0.0, 0
-        for stretch, residual in zip(windows.stretches, fitted.residuals, strict=True):
-            held = windows.compared[stretch, i]
-            measured = windows.measured[stretch, i][held]
-            if measured.size > 1:
-                squares += float(np.sum(residual[held, i] ** 2))
-                variation += float(np.sum((measured - measured.mean()) ** 2))
-                count += measured.size
-        misfit = float(np.sqrt(squares / max(count, 1)))
-        misfit = misfit if np.isfinite(misfit) else np.inf
-        result[name] = (misfit / float(np.sqrt(max(variation, 1e-300) / max(count, 1))), misfit)
-    return result
-
-
-def _misfits_if_near(
-    changed: Recording,
-    settings: ContradictionSettings,
-    is_near: Callable[[dict[str, tuple[float, float]]], bool],
-) -> dict[str, tuple[float, float]] | None:
-    """The misfits of a recording with a remedy; None where those after the fit's first round are not near.
-
-    Most remedies are hopeless: with the right one the noise's variances, which later rounds estimate, hardly matter.
-    """
-    return _misfits(changed, settings) if is_near(_misfits(changed, settings, fit=FIRST_ROUND)) else None
-
-
-def _biases(windows: Recording, settings: ContradictionSettings) -> list[ActiveEffect]:
-    """Biases of the driving inputs, and of theta and alpha; those of the others are part of the initial states."""
-    seen = [name for name in ("theta", "alpha") if name in windows.outputs]
-    return [
-        _limited(
-            sensor_bias(name, CHANNELS[name].unit, max(windows.noise[name], 1e-9)),
-            settings.small_bias if name in seen else OFFERED.largest_bias[CHANNELS[name].unit],
-        )
-        for name in (*DRIVING, *seen)
-    ]
-
-
-def _limited(effect: OutputEffect, reach: float, start: float | None = None) -> ActiveEffect:
-    """The effect from `start`, by default null, its parameter within a reach of null."""
-    (parameter,) = effect.parameters
-    lowest, highest = max(parameter.lowest, parameter.null - reach), min(parameter.highest, parameter.null + reach)
-    bound = replace(parameter, lowest=lowest, highest=highest)
-    return ActiveEffect(replace(effect, parameters=(bound,)), (parameter.null if start is None else start,))
-
-
 def _left_by_instrument_errors(
     windows: Recording,
     settings: ContradictionSettings,
-    misfits: dict[str, tuple[float, float]],
+    misfits: Misfits,
     suspects: Sequence[str],
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Outputs that contradict, and suspect ones, with time delay, lag and scale factor error free.
@@ -247,42 +182,17 @@ def _left_by_instrument_errors(
             active
             for name in channels
             for active in (
-                _limited(made(name), settings.latest, start),
-                _limited(sensor_scale(name), settings.largest_scale),
+                limited(made(name), settings.latest, start),
+                limited(sensor_scale(name), settings.largest_scale),
             )
         ]
-        found = _misfits(windows, settings, instrument_errors)
-        left = _contradicting_outputs(windows, settings, found), _suspect_outputs(windows, settings, found)
+        found = misfits_of(windows, settings, instrument_errors)
+        left = contradicting_outputs(windows, settings, found), suspect_outputs(windows, settings, found)
         if not any(left):
             return left
         if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
             best = found
-    return _contradicting_outputs(windows, settings, best), _suspect_outputs(windows, settings, best)
-
-
-def _contradicting_outputs(
-    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
-) -> tuple[str, ...]:
-    """The outputs whose misfit exceeds noise, gusts and drift."""
-    contradicting = []
-    for name, (fraction, misfit) in misfits.items():
-        least = max(settings.least(name, windows.airspeed), settings.above_noise * windows.noise[name])
-        if fraction > settings.worst_fraction(name) and misfit > least:
-            contradicting.append(name)
-    return tuple(contradicting)
-
-
-def _suspect_outputs(
-    windows: Recording, settings: ContradictionSettings, misfits: dict[str, tuple[float, float]]
-) -> tuple[str, ...]:
-    """The outputs that contradict if a change of sign, unit or clock removes their misfit."""
-    suspect = []
-    for name, (fraction, misfit) in misfits.items():
-        air = settings.doubtful_air * settings.least(name, windows.airspeed)
-        noise = settings.doubtful_noise * settings.above_noise * windows.noise[name]
-        if fraction > settings.doubtful and misfit > max(air, noise):
-            suspect.append(name)
-    return tuple(suspect)
+    return contradicting_outputs(windows, settings, best), suspect_outputs(windows, settings, best)
 
 
 def _diagnosed(
@@ -302,15 +212,15 @@ def _diagnosed(
     enough = settings.agrees if contradicting else settings.vanishes
     best: tuple[float, str, str] | None = None
     for channel, remedy, changed in _remedies(windows, channels, settings):
-        after = _misfits_if_near(
+        after = misfits_if_near(
             changed, settings, lambda first: max(fraction for fraction, _ in first.values()) < settings.hopeless
         )
         if after is None:
             continue
-        remaining = max(after[name][0] for name in {*suspects, inconsistent} if name in after)
+        remaining = max(after[name][0] for name in (*suspects, inconsistent or suspects[0]) if name in after)
         if (
             remaining < enough
-            and not _contradicting_outputs(changed, settings, after)
+            and not contradicting_outputs(changed, settings, after)
             and (best is None or remaining < best[0])
         ):
             best = (remaining, channel, remedy)
@@ -328,9 +238,9 @@ def _single_inconsistent_output(windows: Recording, settings: ContradictionSetti
         others = [other for other in windows.outputs if other != name]
         if len(others) < 2:
             continue
-        after = _misfits(windows, settings, outputs=others)
+        after = misfits_of(windows, settings, outputs=others)
         remaining = max(fraction for fraction, _ in after.values())
-        if not _contradicting_outputs(windows, settings, after) and (best is None or remaining < best[0]):
+        if not contradicting_outputs(windows, settings, after) and (best is None or remaining < best[0]):
             best = (remaining, name)
     return None if best is None else best[1]
 
