@@ -1,7 +1,8 @@
 """Data compatibility check: a_x, a_z, q, theta, V, alpha and h against each other, without aerodynamics.
 
-`consistency` checks logs; `contradiction` detects channels that cannot belong to one motion, by the paths that
-`window_fit` reconstructs with the equations of `flight_path`; `instrument_agreement` reports the instrument errors
+`consistency` checks logs; `contradiction` detects channels that cannot belong to one motion, by the `misfits` to the
+paths that `window_fit` reconstructs with the equations of `flight_path`, and `gross_errors` names what is wrong with
+them, by the `altered_channels` with which they agree; `instrument_agreement` reports the instrument errors
 identified by the kinematic equations, in the classes of `agreement`; `recording` is a log as arrays.
 """
 

@@ -31,12 +31,15 @@ class Contradiction:
         The correction with which they agree, as words after "it agrees"; empty where none was found.
     misfit : float
         Largest unexplained fraction of a channel's variation.
+    late : float
+        s; time by which the channel is late, negative when early, where its clock alone is wrong; else 0.
     """
 
     log: str
     channels: tuple[str, ...]
     remedy: str
     misfit: float
+    late: float = 0.0
 
     @property
     def sentence(self) -> str:

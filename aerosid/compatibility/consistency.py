@@ -48,8 +48,16 @@ def check_kinematics(logs: Sequence[FlightLog], length: float | None = None) -> 
     if not recordings:
         return None
     contradictory = _contradictory(recordings, notes)
-    if contradictory is not None:
+    if contradictory is not None and not _may_be_delays(contradictory):
         return contradictory
+    identified = _identified(recordings, notes, length)
+    return identified if contradictory is None or _finds_delays(identified, contradictory) else contradictory
+
+
+def _identified(
+    recordings: Sequence[Recording], notes: tuple[str, ...], length: float | None = None
+) -> KinematicConsistency | None:
+    """The instrument errors that the kinematic equations of all recordings show; None where there are too few."""
     pieces = [manoeuvre for recording in recordings for manoeuvre in manoeuvres_of(recording)]
     manoeuvres = [piece for piece in pieces if float(np.ptp(piece.flight.time)) >= USUAL.shortest] or pieces
     noise = {name: _mean_noise(recordings, name) for name in _outputs(manoeuvres)}
@@ -66,7 +74,10 @@ def check_kinematics(logs: Sequence[FlightLog], length: float | None = None) -> 
 def contradicting(logs: Sequence[FlightLog]) -> KinematicConsistency | None:
     """Contradictions that no instrument error reconciles; None where there are none, or too few channels."""
     recordings, notes = _recordings(logs)
-    return _contradictory(recordings, notes) if recordings else None
+    contradictory = _contradictory(recordings, notes) if recordings else None
+    if contradictory is None or not _may_be_delays(contradictory):
+        return contradictory
+    return None if _finds_delays(_identified(recordings, notes), contradictory) else contradictory
 
 
 def manoeuvres_of(recording: Recording) -> tuple[Manoeuvre, ...]:
@@ -131,6 +142,29 @@ def _contradictory(recordings: Sequence[Recording], notes: tuple[str, ...]) -> K
     names = tuple(recording.log.name for recording in recordings)
     sentence = " ".join(each.sentence for each in contradictory)
     return KinematicConsistency(names, Agreement.INCONSISTENT, (), (), (), (), sentence, notes, contradictory)
+
+
+def _may_be_delays(contradictory: KinematicConsistency) -> bool:
+    """Whether each contradiction is that of a clock, off by no more than an instrument may be late."""
+    return all(0.0 < abs(each.late) <= USUAL.contradiction.latest for each in contradictory.contradictions)
+
+
+def _finds_delays(identified: KinematicConsistency | None, contradictory: KinematicConsistency) -> bool:
+    """Whether the time delays of contradicting channels are identified: they are instrument errors then.
+
+    The kinematic equations find a delay from small ones on, and a larger one in slow motions alone: where they lose it,
+    they take it for turbulence or errors of other instruments.
+    """
+    delays = {
+        finding.where: finding.value
+        for finding in (identified.findings if identified is not None else ())
+        if finding.kind == "sensor_delay"
+    }
+    return all(
+        abs(delays.get(channel, np.inf) - each.late) < USUAL.contradiction.same_delay
+        for each in contradictory.contradictions
+        for channel in each.channels
+    )
 
 
 def _exclusion_note(log: FlightLog) -> str:

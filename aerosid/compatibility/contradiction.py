@@ -12,37 +12,38 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aerosid.compatibility.agreement import Contradiction
-from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
+from aerosid.compatibility.altered_channels import (
+    Alteration,
+    moved_in_time,
+    other_signs_and_units,
+    source_of,
+    still_compared,
+    with_channel,
+)
+from aerosid.compatibility.flight_path import DRIVING
+from aerosid.compatibility.gross_errors import (
+    AIR,
+    DRIVEN_BY,
+    fits_with_instrument_errors,
+    gross_error,
+    unit_of_longitudinal_acceleration,
+)
 from aerosid.compatibility.misfits import (
     Misfits,
     contradicting_outputs,
-    limited,
     misfits_if_near,
     misfits_of,
     suspect_outputs,
 )
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
-from aerosid.compatibility.remedies import OFFSETS, sign_and_unit_remedies, unit_remedies
+from aerosid.compatibility.remedies import unit_remedies
 from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.compatibility.spikes import spikes_of, spikes_told, without_spikes
-from aerosid.effects.sensor import sensor_delay, sensor_lag, sensor_scale
-from aerosid.logs.flight_log import ChannelSource
-from aerosid.nomenclature import CHANNELS
-
-Array = NDArray[np.float64]
-
 
 USUAL = ContradictionSettings()
 """The default limits."""
-
-AIR = frozenset({"V", "alpha"})
-"""The outputs that contradict where the airspeed is in a wrong unit: alpha turns by a_z/V."""
-
-DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
-"""The input that mainly drives an output: a contradiction of the output may be due to this input."""
 
 
 def contradictions(
@@ -72,15 +73,23 @@ def _contradiction(recording: Recording, settings: ContradictionSettings) -> Con
         contradicting_outputs(windows, settings, misfits),
         suspect_outputs(windows, settings, misfits),
     )
-    unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
-    if unit is None and "h" in (*contradicting, *suspect):
-        unit = _height_unit(windows, settings, misfits)
-    if unit is not None:
-        return unit
     first = contradicting or suspect
-    if first:
-        # A time delay, lag or scale factor error of an instrument is no contradiction.
-        contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, first)
+    if not first:
+        return unit_of_longitudinal_acceleration(windows, settings, misfits)
+    unit = _airspeed_unit(windows, settings, misfits) if {*contradicting, *suspect} & AIR else None
+    if unit is not None:
+        told, altered = unit
+        # With another airspeed a flow angle that is none may seem to turn as a_z asks.
+        return gross_error(windows, settings, misfits, first, rival=altered) or told
+    if "h" in (*contradicting, *suspect):
+        height = _height_unit(windows, settings, misfits)
+        if height is not None:
+            return height
+    gross = gross_error(windows, settings, misfits, first)
+    if gross is not None:
+        return gross
+    # A time delay, lag or scale factor error of an instrument is no contradiction.
+    contradicting, suspect = _left_by_instrument_errors(windows, settings, misfits, first)
     if not (contradicting or suspect):
         return None
     # Told is what is unexplained as recorded: of a channel that is believed too much others show it.
@@ -88,8 +97,10 @@ def _contradiction(recording: Recording, settings: ContradictionSettings) -> Con
     return _diagnosed(windows, settings, misfit, contradicting, suspect)
 
 
-def _airspeed_unit(windows: Recording, settings: ContradictionSettings, misfits: Misfits) -> Contradiction | None:
-    """The unit of airspeed with which every misfit vanishes, or falls to that of moving air; None where there is none.
+def _airspeed_unit(
+    windows: Recording, settings: ContradictionSettings, misfits: Misfits
+) -> tuple[Contradiction, Recording] | None:
+    """The unit of airspeed with which every misfit vanishes, or falls to that of moving air, and the recording with it.
 
     Tried before instrument errors: two free scale factors and delays, which are tolerated, can do as well as a factor
     of 0.51, but a ratio of two units leaves nothing free.
@@ -99,7 +110,7 @@ def _airspeed_unit(windows: Recording, settings: ContradictionSettings, misfits:
 
     def of_air(factor: float) -> tuple[float, bool]:
         """Misfit of alpha and V, their geometric mean, with another airspeed, and whether all channels agree then."""
-        changed = _with_channel(windows, "V", factor * windows.channel("V"))
+        changed = with_channel(windows, "V", factor * windows.channel("V"))
         found = misfits_if_near(
             changed, settings, lambda first: _mean_in_air(first) * settings.falls_first <= in_air_before
         )
@@ -111,7 +122,7 @@ def _airspeed_unit(windows: Recording, settings: ContradictionSettings, misfits:
         enough = in_air * settings.falls < in_air_before or max(after.values()) < settings.vanishes
         return in_air, enough and not is_worse and not contradicting_outputs(changed, settings, found)
 
-    tried = [(*of_air(factor), factor, remedy) for factor, remedy in unit_remedies("m/s", _source(windows, "V"))]
+    tried = [(*of_air(factor), factor, remedy) for factor, remedy in unit_remedies("m/s", source_of(windows, "V"))]
     agreeing = sorted((in_air, factor, remedy) for in_air, agrees, factor, remedy in tried if agrees)
     if not agreeing:
         return None
@@ -120,9 +131,10 @@ def _airspeed_unit(windows: Recording, settings: ContradictionSettings, misfits:
     if min(of_air(factor)[0] for factor in beside) < settings.clearly * least:
         return None  # a scale factor error, which is near a ratio of units by chance
     remedies = [remedy for in_air, _, remedy in agreeing if settings.clearly * in_air < least]
-    return Contradiction(
+    told = Contradiction(
         windows.log.name, ("V",), ", or ".join(remedies), max(before[name] for name in AIR if name in before)
     )
+    return told, with_channel(windows, "V", likeliest * windows.channel("V"))
 
 
 def _height_unit(windows: Recording, settings: ContradictionSettings, misfits: Misfits) -> Contradiction | None:
@@ -132,8 +144,8 @@ def _height_unit(windows: Recording, settings: ContradictionSettings, misfits: M
     tolerated, bend the path as far as a factor of 3.28 asks.
     """
     before = {name: fraction for name, (fraction, _) in misfits.items()}
-    for factor, remedy in unit_remedies("m", _source(windows, "h")):
-        changed = _with_channel(windows, "h", factor * windows.channel("h"))
+    for factor, remedy in unit_remedies("m", source_of(windows, "h")):
+        changed = with_channel(windows, "h", factor * windows.channel("h"))
         after = misfits_if_near(changed, settings, lambda first: first["h"][0] < settings.doubtful)
         if after is None or after["h"][0] >= settings.vanishes or contradicting_outputs(changed, settings, after):
             continue
@@ -163,10 +175,7 @@ def _windows(recording: Recording, settings: ContradictionSettings) -> Recording
 
 
 def _left_by_instrument_errors(
-    windows: Recording,
-    settings: ContradictionSettings,
-    misfits: Misfits,
-    suspects: Sequence[str],
+    windows: Recording, settings: ContradictionSettings, misfits: Misfits, suspects: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Outputs that contradict, and suspect ones, with time delay, lag and scale factor error free.
 
@@ -174,19 +183,7 @@ def _left_by_instrument_errors(
     nothing. `misfits`: without these errors.
     """
     best = misfits
-    driving = [DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY]
-    for (made, start), channels in itertools.product(
-        ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2)), (suspects, driving)
-    ):
-        instrument_errors = [
-            active
-            for name in channels
-            for active in (
-                limited(made(name), settings.latest, start),
-                limited(sensor_scale(name), settings.largest_scale),
-            )
-        ]
-        found = misfits_of(windows, settings, instrument_errors)
+    for found in fits_with_instrument_errors(windows, settings, suspects, settings.latest):
         left = contradicting_outputs(windows, settings, found), suspect_outputs(windows, settings, found)
         if not any(left):
             return left
@@ -210,8 +207,9 @@ def _diagnosed(
     else:
         channels = (inconsistent, DRIVEN_BY[inconsistent]) if inconsistent in DRIVEN_BY else (inconsistent,)
     enough = settings.agrees if contradicting else settings.vanishes
-    best: tuple[float, str, str] | None = None
-    for channel, remedy, changed in _remedies(windows, channels, settings):
+    best: tuple[float, Alteration] | None = None
+    for alteration in _remedies(windows, channels, settings):
+        changed = alteration.recording
         after = misfits_if_near(
             changed, settings, lambda first: max(fraction for fraction, _ in first.values()) < settings.hopeless
         )
@@ -223,9 +221,9 @@ def _diagnosed(
             and not contradicting_outputs(changed, settings, after)
             and (best is None or remaining < best[0])
         ):
-            best = (remaining, channel, remedy)
+            best = (remaining, alteration)
     if best is not None:
-        return Contradiction(windows.log.name, (best[1],), best[2], misfit)
+        return Contradiction(windows.log.name, best[1].channels, best[1].remedy, misfit)
     if not contradicting:
         return None
     return Contradiction(windows.log.name, contradicting if inconsistent is None else (inconsistent,), "", misfit)
@@ -245,40 +243,11 @@ def _single_inconsistent_output(windows: Recording, settings: ContradictionSetti
     return None if best is None else best[1]
 
 
-def _remedies(
-    windows: Recording, channels: Sequence[str], settings: ContradictionSettings
-) -> Iterator[tuple[str, str, Recording]]:
-    """These channels with another sign, unit, offset or clock: the name, the words, the changed recording."""
+def _remedies(windows: Recording, channels: Sequence[str], settings: ContradictionSettings) -> Iterator[Alteration]:
+    """These channels with another sign, unit, offset or clock."""
     for channel in channels:
-        given = windows.channel(channel)
-        for factor, words in sign_and_unit_remedies(CHANNELS[channel].unit, _source(windows, channel)):
-            yield channel, words, _with_channel(windows, channel, factor * given)
-        if channel in ("a_x", "a_z"):
-            for offset, words in OFFSETS:
-                yield channel, words, _with_channel(windows, channel, given + offset)
-        present = np.isfinite(given)
-        for shift in (sign * seconds for seconds in settings.shifts for sign in (1.0, -1.0)):
-            moved = np.interp(windows.time + shift, windows.time[present], given[present])
-            words = f"when moved about {abs(shift):g} s {'earlier' if shift > 0.0 else 'later'}"
-            yield channel, words, _with_channel(windows, channel, moved)
-
-
-def _source(recording: Recording, channel: str) -> ChannelSource | None:
-    """Where a channel was read with its unit; None where it was computed from others, or handed over as an array."""
-    source = recording.log.sources.get(channel)
-    is_computed = (
-        source is not None and channel not in source.columns and set(source.columns) <= {*recording.log.channels}
-    )
-    return None if is_computed else source
-
-
-def _with_channel(recording: Recording, name: str, values: Array) -> Recording:
-    factor = float(np.nanstd(values)) / max(float(np.nanstd(recording.channel(name))), 1e-300)
-    noise = {**recording.noise, name: recording.noise[name] * factor}
-    if name in DRIVING:
-        inputs = recording.inputs.copy()
-        inputs[:, GIVEN.index(name)] = values
-        return replace(recording, inputs=inputs, noise=noise)
-    measured = recording.measured.copy()
-    measured[:, OBSERVED.index(name)] = values
-    return replace(recording, measured=measured, noise=noise)
+        yield from other_signs_and_units(windows, (channel,))
+        for late in (sign * seconds for seconds in settings.shifts for sign in (1.0, -1.0)):
+            moved = moved_in_time(windows, channel, late)
+            if still_compared(windows, moved.recording) > settings.least_compared:
+                yield moved

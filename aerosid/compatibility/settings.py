@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 
@@ -53,7 +54,24 @@ class ContradictionSettings:
     largest_scale : float
         Largest scale factor error of an instrument, 1. Chosen.
     shifts : tuple of float
-        s; time shifts of a channel that are tried. Chosen.
+        s; time shifts of a channel that are tried where instrument errors may be present beside it. Chosen.
+    ordinary_delay : float
+        s; largest time delay and lag with which an ordinary instrument is compared with a gross error. Chosen.
+    shift_step, longest_shift, shift_resolution : float
+        s; grid of the clock errors that are tried with nothing else free, and the step to which the best is refined.
+        Chosen: two channels that agree lose each other within about half a period of the short-period oscillation.
+    shifts_refined : int
+        Number of the grid's lowest minima that are refined: beside the right time, by half a step, the misfit may be
+        larger than where little is left to compare. Chosen.
+    least_compared : float
+        Least share of the compared samples, 1, that is left with another clock: a path through the rest alone would
+        fit by its free initial states. Chosen.
+    same_delay : float
+        s; largest difference of a clock error and of the time delay that the kinematic equations find of the same
+        channel. Chosen.
+    gross_falls : float
+        Factor, 1, by which the product of the misfits, in multiples of the noise, must fall with a gross error that
+        is named; `clearly` is the ratio to the product with any other. Chosen.
     """
 
     window: float = 8.0
@@ -79,6 +97,19 @@ class ContradictionSettings:
     latest: float = 1.0
     largest_scale: float = 0.5
     shifts: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
+    ordinary_delay: float = 0.3
+    shift_step: float = 0.5
+    longest_shift: float = 8.0
+    shift_resolution: float = 0.04
+    shifts_refined: int = 4
+    least_compared: float = 0.6
+    same_delay: float = 0.1
+    gross_falls: float = 2.0
+    left_by_chance: float = 0.12
+
+    def clearly_less(self, total: float) -> float:
+        """Difference to another sum of ln(misfit/noise) from which `total`, the smaller one, is clearly better."""
+        return self.left_by_chance * total - math.log(self.clearly)
 
     def worst_fraction(self, output: str) -> float:
         """Unexplained fraction of an output's variation from which it contradicts."""

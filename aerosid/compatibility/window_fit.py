@@ -49,6 +49,9 @@ QUICK = WindowFitSettings()
 FIRST_ROUND = WindowFitSettings(rounds=1)
 """Those of a fit that is to tell whether more is worth while."""
 
+GRID = WindowFitSettings(steps=2, rounds=1)
+"""Those of the fits of a grid, whose least misfit is looked for: a path is nearly linear in its unknowns."""
+
 
 @dataclass(frozen=True)
 class WindowFit:

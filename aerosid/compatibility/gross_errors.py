@@ -1,0 +1,222 @@
+"""The one gross error of a recording that explains its misfits: a sign, unit or clock, or two channels exchanged.
+
+Every hypothesis alters the recording and leaves nothing free, so that those can be compared which a fit with free scale
+factors and delays confuses. One is named where it does clearly better than the recording as it is, than ordinary
+instrument errors and than every other hypothesis.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from aerosid.compatibility.agreement import Contradiction
+from aerosid.compatibility.altered_channels import (
+    Alteration,
+    exchanged_channels,
+    moved_in_time,
+    other_signs_and_units,
+    other_units,
+    other_units_of_both_accelerations,
+    still_compared,
+)
+from aerosid.compatibility.flight_path import DRIVING
+from aerosid.compatibility.misfits import Misfits, contradicting_outputs, limited, misfits_of, suspect_outputs
+from aerosid.compatibility.recording import Recording
+from aerosid.compatibility.settings import ContradictionSettings
+from aerosid.compatibility.window_fit import FIRST_ROUND, GRID
+from aerosid.effects.sensor import sensor_delay, sensor_lag, sensor_scale
+from aerosid.notation import listed
+
+AIR = frozenset({"V", "alpha"})
+"""The outputs that gusts change, and that contradict where the airspeed is in a wrong unit: alpha turns by a_z/V."""
+
+DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
+"""The input that mainly drives an output: a contradiction of the output may be due to this input."""
+
+_CLOCKS = {"V": ("V", "a_x"), "alpha": ("alpha", "a_z", "q"), "theta": ("theta", "q", "phi", "r"), "h": ("h",)}
+"""The channels whose clock is in question where an output contradicts."""
+
+
+def gross_error(
+    windows: Recording,
+    settings: ContradictionSettings,
+    before: Misfits,
+    suspects: Sequence[str],
+    rival: Recording | None = None,
+) -> Contradiction | None:
+    """The single gross error with which the misfits vanish, or those that cannot be told apart; None where none does.
+
+    Parameters
+    ----------
+    windows : Recording
+        Its stretches are the windows.
+    settings : ContradictionSettings
+        Limits.
+    before : Misfits
+        As recorded.
+    suspects : sequence of str
+        The outputs that contradict the path, or may.
+    rival : Recording, optional
+        Altered by another remedy, than which a gross error must do clearly better; clocks are not tried then.
+    """
+    fits = [*fits_with_instrument_errors(windows, settings, suspects, settings.ordinary_delay)]
+    totals = [_total(windows, found) for found in fits]
+    if rival is not None:
+        totals.append(_total(rival, misfits_of(rival, settings)))
+    as_recorded = _total(windows, before)
+    # No hypothesis can do clearly better than what leaves the noise alone.
+    most = min(as_recorded - float(np.log(settings.gross_falls)), min(totals) - settings.clearly_less(0.0))
+    if most < 0.0:
+        return None
+    clocks = _clocks(windows, settings, suspects) if rival is None else ()
+    tried = [
+        (score, alteration)
+        for alteration in (*_discrete(windows), *clocks)
+        if (score := _score(windows, settings, alteration, as_recorded)) is not None
+    ]
+    least = min((score for score, _ in tried), default=np.inf)
+    beside = settings.clearly_less(least)
+    if least > most or least + beside > min(totals):
+        return None
+    alike = [alteration for score, alteration in sorted(tried, key=lambda each: each[0]) if score < least + beside]
+    channels, remedy = _told(alike)
+    late = alike[0].late if len(alike) == 1 else 0.0
+    return Contradiction(windows.log.name, channels, remedy, max(before[name][0] for name in suspects), late)
+
+
+def unit_of_longitudinal_acceleration(
+    windows: Recording, settings: ContradictionSettings, before: Misfits
+) -> Contradiction | None:
+    """The gross error where another unit of a_x leaves much less of a small misfit of the airspeed; None elsewhere.
+
+    The airspeed hardly shows a_x, whose bias is free: what a unit leaves of it is seldom as much as gusts do, which is
+    why no misfit of the airspeed is suspect for it alone.
+
+    Parameters
+    ----------
+    windows, settings, before
+        As those of `gross_error`.
+    """
+    if "V" not in before or before["V"][1] < settings.doubtful_noise * settings.above_noise * windows.noise["V"]:
+        return None
+    as_recorded = _total(windows, before)
+    for alteration in other_units(windows, "a_x"):
+        score = _score(windows, settings, alteration, as_recorded)
+        falls = np.log(settings.gross_falls)
+        if score is not None and score + max(settings.clearly_less(score), falls) < as_recorded:
+            return gross_error(windows, settings, before, ("V",))
+    return None
+
+
+def _score(
+    windows: Recording, settings: ContradictionSettings, alteration: Alteration, as_recorded: float
+) -> float | None:
+    """The total misfit with an alteration; None where it is hardly less than as recorded, or channels contradict."""
+    changed = alteration.recording
+    first = _total(changed, misfits_of(changed, settings, fit=FIRST_ROUND))
+    if first > as_recorded - np.log(settings.falls_first):
+        return None
+    after = misfits_of(changed, settings)
+    # Gusts may leave the flow angle and the airspeed unexplained, but neither attitude nor height.
+    if contradicting_outputs(changed, settings, after) or {*suspect_outputs(changed, settings, after)} - AIR:
+        return None
+    score = _total(changed, after)
+    if alteration.late:
+        # Samples that another clock leaves out may be those that the misfit was in.
+        on_same = replace(windows, compared=changed.compared)
+        score = max(score + as_recorded - _total(on_same, misfits_of(on_same, settings)), score)
+    return score
+
+
+def fits_with_instrument_errors(
+    windows: Recording, settings: ContradictionSettings, suspects: Sequence[str], latest: float
+) -> Iterator[Misfits]:
+    """Misfits with time delay, lag and scale factor error free, of the suspects or of their driving inputs.
+
+    `latest`: largest delay and lag, s.
+    """
+    driving = [DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY]
+    starts = ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2))
+    for (made, start), channels in itertools.product(starts, (suspects, driving)):
+        yield misfits_of(
+            windows,
+            settings,
+            [
+                active
+                for name in channels
+                for active in (
+                    limited(made(name), latest, min(start, latest)),
+                    limited(sensor_scale(name), settings.largest_scale),
+                )
+            ],
+        )
+
+
+def _total(recording: Recording, misfits: Misfits) -> float:
+    """Sum of ln(misfit/noise) over the outputs: of misfits as small as the noise nothing is left to explain."""
+    ratios = [max(misfit / max(recording.noise[name], 1e-12), 1.0) for name, (_, misfit) in misfits.items()]
+    return float(np.sum(np.log(ratios)))
+
+
+def _discrete(windows: Recording) -> Iterator[Alteration]:
+    """Other signs, units and offsets, and exchanged channels.
+
+    Units of airspeed and height are left out: a scale factor error is near one of their ratios by chance.
+    """
+    yield from other_signs_and_units(windows, (*DRIVING, *(name for name in windows.outputs if name not in ("V", "h"))))
+    yield from other_units_of_both_accelerations(windows)
+    yield from exchanged_channels(windows)
+
+
+def _clocks(windows: Recording, settings: ContradictionSettings, suspects: Sequence[str]) -> Iterator[Alteration]:
+    """Each channel whose clock is in question, moved by the time that leaves the least misfit."""
+    for channel in dict.fromkeys(name for output in suspects for name in _CLOCKS[output]):
+        if channel in windows.log and float(np.nanstd(windows.channel(channel))) > 0.0:
+            alteration = _best_clock(windows, settings, channel)
+            if alteration is not None and abs(alteration.late) >= settings.ordinary_delay:
+                yield alteration
+
+
+def _best_clock(windows: Recording, settings: ContradictionSettings, channel: str) -> Alteration | None:
+    """The channel moved by the time of least misfit: the lowest minima of a grid, then halfway to their neighbours.
+
+    None where too little would be left to compare with any time of the grid.
+    """
+    found: dict[float, tuple[float, Alteration]] = {}
+
+    def total(late: float) -> float:
+        if late not in found:
+            moved = moved_in_time(windows, channel, late)
+            changed = moved.recording
+            enough = still_compared(windows, changed) > settings.least_compared
+            misfits = misfits_of(changed, settings, fit=GRID) if enough else None
+            found[late] = (np.inf if misfits is None else _total(changed, misfits), moved)
+        return found[late][0]
+
+    count = round(settings.longest_shift / settings.shift_step)
+    grid = [settings.shift_step * n for n in range(-count, count + 1)]
+    sides = itertools.pairwise([np.inf, *map(total, grid), np.inf])
+    falls = [before >= after for before, after in sides]
+    lows = [late for late, fell, falls_on in zip(grid, falls, falls[1:], strict=False) if fell and not falls_on]
+    refined = []
+    for late in sorted(lows, key=total)[: settings.shifts_refined]:
+        best, step = late, settings.shift_step
+        while step > settings.shift_resolution:
+            step *= 0.5
+            best = min((best - step, best, best + step), key=total)
+        refined.append(best)
+    best = min(refined, key=total, default=0.0)
+    return found[best][1] if np.isfinite(total(best)) else None
+
+
+def _told(alike: Sequence[Alteration]) -> tuple[tuple[str, ...], str]:
+    """The channels and the remedy in words, of the best hypothesis and those that do about as well."""
+    if len(alike) == 1:
+        return alike[0].channels, alike[0].remedy
+    channels = tuple(dict.fromkeys(name for alteration in alike for name in alteration.channels))
+    each = [f"{listed(alteration.channels)} {alteration.remedy}" for alteration in alike]
+    return channels, f"with one of these corrections, which this recording does not distinguish: {'; '.join(each)}"
