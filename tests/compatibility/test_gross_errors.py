@@ -102,7 +102,7 @@ def test_two_exchanged_channels_are_named_together(log: FlightLog, pair: tuple[s
     [
         ("theta", "phi"),
         ("p", "r"),
-        ("a_y", "a_z"),
+        pytest.param(("a_y", "a_z"), marks=pytest.mark.slow),
         pytest.param(("alpha", "beta"), marks=pytest.mark.slow),
         pytest.param(("p", "q"), marks=pytest.mark.slow),
         pytest.param(("q", "r"), marks=pytest.mark.slow),
@@ -123,7 +123,14 @@ def test_a_late_channel_in_turbulence_is_named() -> None:
     assert "s earlier" in found.remedy
 
 
-@pytest.mark.parametrize(("channel", "seconds"), [("q", 0.5), ("theta", 0.5), ("a_z", 0.5)])
+@pytest.mark.parametrize(
+    ("channel", "seconds"),
+    [
+        ("theta", 0.5),
+        pytest.param("q", 0.5, marks=pytest.mark.slow),
+        pytest.param("a_z", 0.5, marks=pytest.mark.slow),
+    ],
+)
 def test_a_delay_that_the_equations_find_is_an_instrument_error(log: FlightLog, channel: str, seconds: float) -> None:
     """A loop corrects it and goes on, as it did."""
     delayed = late(log, channel, seconds)
@@ -143,7 +150,7 @@ def test_a_delay_that_the_equations_do_not_find_ends_check_and_loop(log: FlightL
         assert "when moved about 0.7 s earlier" in agreement.sentence
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_ordinary_instrument_errors_are_no_gross_ones(seed: int) -> None:
     log = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=15.0, amplitude=0.06).fly(seed)
     for altered in (

@@ -1,6 +1,7 @@
 """The determinant by which residuals' density becomes that of the motion, against modes, differences and diffusions."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,21 +13,25 @@ from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.least_squares import solve
 from aerosid.equation_error.regression.output_density import rates_matrix
 
-SIX = aircraft({**PITCH, **SIDE})
-LATERAL = aircraft(SIDE)
-UNSTEADY = aircraft({**PITCH, **SIDE, ("C_m", "alpha_dot_hat"): -4.0})
-"""Its pitching moment depends on the forces, which is a product of derivatives."""
+AIRCRAFT = {
+    "lateral": aircraft(SIDE),
+    "six": aircraft({**PITCH, **SIDE}),
+    # Its pitching moment depends on the forces, which is a product of derivatives.
+    "unsteady": aircraft({**PITCH, **SIDE, ("C_m", "alpha_dot_hat"): -4.0}),
+}
 
 
-def estimated(body=SIX, interval: float = 0.04) -> Estimate:
-    logs = [Lateral(seed=8800 + n, interval=interval).log(name=f"flight {n}") for n in range(2)]
+@cache
+def estimated(name: str = "six") -> Estimate:
+    body = AIRCRAFT[name]
+    logs = [Lateral(seed=8800 + n, interval=0.04).log(name=f"flight {n}") for n in range(2)]
     model, _, fitted = frames_of(body, logs[:1], logs[1:], ())
     free = tuple((d.coefficient, d.term) for d in body.derivatives)
     return estimate(replace(fitted, of_recorded_motion=True), Point(model, free, ()))
 
 
-@pytest.mark.parametrize("body", [LATERAL, SIX, UNSTEADY], ids=["lateral", "six", "unsteady"])
-def test_it_is_the_product_over_modes_and_frequencies(body) -> None:
+@pytest.mark.parametrize("body", AIRCRAFT)
+def test_it_is_the_product_over_modes_and_frequencies(body: str) -> None:
     found = estimated(body)
     density = found.design.density
     assert density is not None
@@ -101,7 +106,7 @@ def test_without_an_unknown_it_is_that_of_the_unknown_at_zero() -> None:
 
 def test_derivatives_that_are_hardly_told_apart_stay_where_least_squares_leaves_them() -> None:
     """C_m q_hat and alpha_dot_hat: from white weights their covariance is wide, the determinant not linear in it."""
-    found = estimated(UNSTEADY)
+    found = estimated("unsteady")
     plain = estimate(replace(found.problem, of_recorded_motion=False), found.point)
     errors = np.sqrt(np.diag(plain.solution.covariance))
     assert np.max(np.abs(found.solution.values - plain.solution.values) / errors) < 2.0
