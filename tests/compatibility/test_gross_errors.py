@@ -101,7 +101,7 @@ def test_two_exchanged_channels_are_named_together(log: FlightLog, pair: tuple[s
     "pair",
     [
         ("theta", "phi"),
-        ("p", "r"),
+        pytest.param(("p", "r"), marks=pytest.mark.slow),
         pytest.param(("a_y", "a_z"), marks=pytest.mark.slow),
         pytest.param(("alpha", "beta"), marks=pytest.mark.slow),
         pytest.param(("p", "q"), marks=pytest.mark.slow),

@@ -49,6 +49,7 @@ def test_each_record_is_simulated_with_its_own_constants(joint: ClosedLoop) -> N
         assert row.after < 1.15 * commuter.NOISE[row.channel]
 
 
+@pytest.mark.slow
 def test_the_gain_of_an_effect_does_not_depend_on_the_trims_of_the_records() -> None:
     """Without the effect, too, each record has its own constants: in common ones 1.96 became 2.23."""
     late = {"delta_r": lambda time, given: np.interp(time - 0.08, time, given)}
