@@ -72,6 +72,9 @@ class ContradictionSettings:
     gross_falls : float
         Factor, 1, by which the product of the misfits, in multiples of the noise, must fall with a gross error that
         is named; `clearly` is the ratio to the product with any other. Chosen.
+    left_by_chance : float
+        Share of a sum of ln(misfit/noise), 1, by which two hypotheses differ by chance: the more is left unexplained,
+        the further they must lie apart. Found on the tuning flights of docs/limits.md.
     """
 
     window: float = 8.0
