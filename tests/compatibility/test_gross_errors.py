@@ -84,13 +84,14 @@ def test_an_acceleration_in_multiples_of_g_is_named_where_it_leaves_less_than_gu
     assert found.remedy == "if its values are multiples of g and not m/s^2"
 
 
+@pytest.mark.slow
 def test_both_accelerations_in_multiples_of_g_are_named_together(log: FlightLog) -> None:
     (found,) = judged(with_channels(log, a_x=log["a_x"] / G, a_z=log["a_z"] / G))
     assert found.channels == ("a_x", "a_z")
     assert found.sentence.endswith("they agree if their values are multiples of g and not m/s^2.")
 
 
-@pytest.mark.parametrize("pair", [("a_x", "a_z"), ("alpha", "theta")])
+@pytest.mark.parametrize("pair", [("a_x", "a_z"), pytest.param(("alpha", "theta"), marks=pytest.mark.slow)])
 def test_two_exchanged_channels_are_named_together(log: FlightLog, pair: tuple[str, str]) -> None:
     (found,) = judged(exchanged(log, *pair))
     assert set(found.channels) == set(pair)
@@ -115,6 +116,7 @@ def test_channels_exchanged_with_lateral_ones_are_named(six_axes: FlightLog, pai
     assert found.remedy == "when exchanged with each other"
 
 
+@pytest.mark.slow
 def test_a_late_channel_in_turbulence_is_named() -> None:
     log = flown_in_turbulence("a", BODIES[1], 9_101, air=0.6, seconds=24.0)
     assert not judged(log)

@@ -28,7 +28,7 @@ def closed(seed: int, plant: SidePlant, body: WholeBody = DRONE) -> EquationErro
     return decided(aircraft, [fitted], [unseen])
 
 
-@pytest.mark.parametrize("seed", [SEED, SEED + 10, SEED + 20])
+@pytest.mark.parametrize("seed", [SEED, *(pytest.param(SEED + n, marks=pytest.mark.slow) for n in (10, 20))])
 def test_neither_the_lag_nor_the_roll_damping_is_that_of_the_other(seed: int) -> None:
     found = closed(seed, LAGGING)
     (lag,) = [active for active in found.completed.point.effects if active.effect.kind == "control_lag"]
