@@ -70,9 +70,14 @@ def lagged(time: Array, values: Array, constant: float) -> Array:
 
 
 def finely_lagged(time: Array, values: Array, constant: float) -> Array:
-    """The same of samples, through a fine grid."""
+    """The same of samples, linear between them, through a fine grid."""
+    return _lagged_between(time, lambda fine: np.interp(fine, time, values), constant)
+
+
+def _lagged_between(time: Array, course: Callable[[Array], Array], constant: float) -> Array:
+    """What a course does between samples, through a first-order lag, at the samples."""
     fine = np.linspace(time[0], time[-1], 1 + (time.size - 1) * 8)
-    return np.interp(time, fine, lagged(fine, np.interp(fine, time, values), constant))
+    return np.interp(time, fine, lagged(fine, course(fine), constant))
 
 
 def late(time: Array, values: Array, delay: float) -> Array:
@@ -87,8 +92,7 @@ def sensed_late(time: Array, values: Array, delay: float) -> Array:
 
 def sensed_lagging(time: Array, values: Array, constant: float) -> Array:
     """A motion, smooth between samples, through a first-order lag."""
-    fine = np.linspace(time[0], time[-1], 1 + (time.size - 1) * 8)
-    return np.interp(time, fine, lagged(fine, CubicSpline(time, values)(fine), constant))
+    return _lagged_between(time, CubicSpline(time, values), constant)
 
 
 def rate_limited(time: Array, values: Array, rate: float) -> Array:

@@ -19,7 +19,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, controls_of
 from aerosid.flight_model.axes import coupled_of, fed_of
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.simulation import SPEED_OF_SOUND, Trim, trim, trimmed_inputs, trimmed_state
-from aerosid.flight_model.workspace import make_workspace
+from aerosid.flight_model.workspace import Workspace, make_workspace
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -162,10 +162,7 @@ def linearise(model: AerodynamicModel, condition: FlightCondition) -> LinearMode
         further_inputs=condition.inputs,
     )
     row = trimmed_inputs(model, trimmed, condition.density, condition.mass, condition.speed_of_sound, condition.inputs)
-    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
-    positions = np.zeros((len(model.axes.outputs), 3))
-    values = np.array(model.values)
-    evaluate(trimmed_state(model, trimmed), row, values, model.table, model.constants, positions, work, True, True)
+    work = evaluated(model, trimmed_state(model, trimmed), row)
     states, air_states = coupled_of(model.axes), fed_of(model.axes)
     places = [model.extra_place(name) for name in controls]
     rows = [model.axes.integrated.index(name) for name in states]
@@ -179,3 +176,11 @@ def linearise(model: AerodynamicModel, condition: FlightCondition) -> LinearMode
         air_states=air_states,
         air=work.outputs_x[np.ix_(seen, rows)],
     )
+
+
+def evaluated(model: AerodynamicModel, state: FloatArray, inputs: FloatArray) -> Workspace:
+    """Rates and outputs of a model at a state (n,) and inputs (I,), sensors at the centre, with their derivatives."""
+    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
+    positions = np.zeros((len(model.axes.outputs), 3))
+    evaluate(state, inputs, np.array(model.values), model.table, model.constants, positions, work, True, True)
+    return work

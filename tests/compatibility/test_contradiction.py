@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from contradicted_logs import judged, late
 from problems import BOTH_SQUARES, LIGHT, Problem, with_channels
 from pypdf import PdfReader
 
 from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.compatibility import Agreement, check_kinematics
-from aerosid.compatibility.contradiction import Contradiction, contradictions
-from aerosid.compatibility.recording import read_recording
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
@@ -28,16 +27,6 @@ SEEDS = 8_300
 
 G = 9.80665
 FLOWN = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=15.0, amplitude=0.06)
-
-
-def judged(log: FlightLog) -> tuple[Contradiction, ...]:
-    recording = read_recording(log)
-    assert recording is not None
-    return contradictions([recording])
-
-
-def late(log: FlightLog, channel: str, seconds: float) -> FlightLog:
-    return with_channels(log, **{channel: np.interp(log.time - seconds, log.time, log[channel])})
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from contradicted_logs import judged, late
 from problems import BOTH_SQUARES, Problem, with_channels
 
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.compatibility import Agreement, check_kinematics, contradicting
-from aerosid.compatibility.contradiction import Contradiction, contradictions
-from aerosid.compatibility.recording import read_recording
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.sideways_plants import SidePlant
@@ -21,16 +20,6 @@ G = 9.80665
 
 SIX_AXES = 9_101
 """Seed of a flight in all six axes; the limits were found on 9001 and 9002."""
-
-
-def judged(log: FlightLog) -> tuple[Contradiction, ...]:
-    recording = read_recording(log)
-    assert recording is not None
-    return contradictions([recording])
-
-
-def late(log: FlightLog, channel: str, seconds: float) -> FlightLog:
-    return with_channels(log, **{channel: np.interp(log.time - seconds, log.time, log[channel])})
 
 
 def exchanged(log: FlightLog, one: str, other: str) -> FlightLog:

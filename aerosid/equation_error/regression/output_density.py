@@ -26,8 +26,7 @@ from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import coupled_of, state_vector
-from aerosid.flight_model.equations_of_motion import evaluate
-from aerosid.flight_model.workspace import make_workspace
+from aerosid.flight_model.linear_model import evaluated
 
 Array = NDArray[np.float64]
 
@@ -169,9 +168,5 @@ def rates_matrix(model: AerodynamicModel, recording: Recording) -> Array:
         "h": float(mean.get("h", 0.0)),
     }
     row = np.array([float(inputs.get(name, 0.0)) for name in model.columns])
-    work = make_workspace(len(model.extra_columns), model.table, model.constants.layout)
-    positions = np.zeros((len(model.axes.outputs), 3))
-    values = np.array(model.values)
-    evaluate(state_vector(model.axes, state), row, values, model.table, model.constants, positions, work, True, True)
     coupled = [model.axes.integrated.index(name) for name in coupled_of(model.axes)]
-    return np.array(work.rates_x[np.ix_(coupled, coupled)])
+    return evaluated(model, state_vector(model.axes, state), row).rates_x[np.ix_(coupled, coupled)]
