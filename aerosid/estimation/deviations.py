@@ -61,6 +61,14 @@ class Deviations:
             beside_effects=None if beside is None else beside[np.ix_(chosen, chosen)],
         )
 
+    def no_smaller_than(self, least: NDArray[np.float64]) -> Deviations:
+        """With no standard deviation of a free entry smaller than another witness's (F,), their correlations kept."""
+        corrected = np.fmax(self.corrected, least)
+        factor = np.ones(corrected.size)
+        shown = np.isfinite(corrected) & np.isfinite(self.corrected) & (self.corrected > 0.0)
+        factor[shown] = corrected[shown] / self.corrected[shown]
+        return replace(self, corrected=corrected, covariance=self.covariance * np.outer(factor, factor))
+
 
 def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick: bool = False) -> Deviations:
     """The estimate's standard deviations, plain and corrected for coloured residuals.

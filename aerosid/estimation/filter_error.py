@@ -71,8 +71,4 @@ def widened(uncertainty: Deviations, beside: FilterError | None) -> Deviations:
     """
     if beside is None:
         return uncertainty
-    corrected = np.fmax(uncertainty.corrected, beside.deviations)
-    factor = np.ones(corrected.size)
-    shown = np.isfinite(corrected) & np.isfinite(uncertainty.corrected) & (uncertainty.corrected > 0.0)
-    factor[shown] = corrected[shown] / uncertainty.corrected[shown]
-    return replace(uncertainty, corrected=corrected, covariance=uncertainty.covariance * np.outer(factor, factor))
+    return uncertainty.no_smaller_than(beside.deviations)

@@ -154,7 +154,9 @@ class _Judged:
         """The derivative table, with the estimates of recursive least squares where they are known."""
         scattered = scatter(self.found.completed, self.identified.manoeuvres)
         made, aircraft = self.completion, self.identified.aircraft
-        return derivative_rows(aircraft, self.found, made.found, chain, scattered, made.fixed, made.contradicted)
+        return derivative_rows(
+            aircraft, self.found, made.found, chain, scattered, made.fixed, made.contradicted, made.by_validation
+        )
 
 
 def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenance: Provenance) -> ClosedLoop:
@@ -201,7 +203,9 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         correlation=correlation_matrix(known.found.completed, known.found.completed_deviations),
         kinematics=identified.agreement,
         hold_out=tuple(manoeuvre.log for manoeuvre in known.identified.hold_out),
-        decided_by_validation=validation_decisions(completed) if identified.validation else (),
+        decided_by_validation=(
+            validation_decisions(completed, known.completion.by_validation) if identified.validation else ()
+        ),
         other_derivatives=others,
         provenance=provenance,
         settings=settings,

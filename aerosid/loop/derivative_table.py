@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -45,6 +45,9 @@ class DerivativeRow:
     declared_away: float | None = None
     """Of an insignificant one that the records contradict together with the identified effects: by how many standard
     errors, were the effects' numbers known, its declared value is away. `std_error` contains those numbers' own."""
+    by_validation: bool = False
+    """Of an insignificant one: whether it keeps its declared value, or not, as the validation flights are predicted
+    better."""
 
 
 def is_shown(value: float, declared: float | None, std_error: float, *, constant: bool = False) -> bool:
@@ -68,6 +71,7 @@ def derivative_rows(
     scattered: Mapping[Entry, float],
     fixed: Mapping[Entry, float] = MappingProxyType({}),
     contradicted: Mapping[Entry, float | None] = MappingProxyType({}),
+    by_validation: Collection[Entry] = (),
 ) -> tuple[DerivativeRow, ...]:
     """One row for each declared or found term, coefficient by coefficient.
 
@@ -81,6 +85,8 @@ def derivative_rows(
         The insignificant estimates of the fixed derivatives.
     contradicted : mapping of Entry to float or None
         Insignificant derivatives that are not fixed, with how many standard errors their declared values are away.
+    by_validation : collection of Entry
+        Insignificant derivatives of which the validation flights decided whether they are fixed.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
     inflation = variance_inflation(found.completed)
@@ -116,6 +122,7 @@ def derivative_rows(
                 filter_error_std_error=_finite(float(filtered.deviations[n])) if filtered else None,
                 estimate=fixed.get(entry),
                 declared_away=contradicted.get(entry),
+                by_validation=entry in by_validation,
             )
         )
     return tuple(rows)
@@ -128,6 +135,11 @@ def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float |
     return chain.model.value(entry), _finite(float(chain.std_errors[chain.entries.index(entry)]))
 
 
+def witnesses(rows: Sequence[DerivativeRow]) -> str:
+    """Who contradicts the declared values of such rows."""
+    return "the validation flights" if rows[0].by_validation else "the records and the identified effects"
+
+
 CONTRADICTED = "contradict the declared"
 """Display: why a derivative is not fixed at its declared value."""
 
@@ -138,8 +150,10 @@ def grounds_of_contradiction(rows: Sequence[DerivativeRow]) -> str:
     Parameters
     ----------
     rows : sequence of DerivativeRow
-        All tested, or all with which an identified effect would be insignificant.
+        All tested, all with which an identified effect would be insignificant, or all that validation flights decided.
     """
+    if rows[0].by_validation:
+        return f": with {'them' if len(rows) > 1 else 'it'} they are predicted worse"
     away = [number(row.declared_away, 2) for row in rows if row.declared_away is not None]
     them, are = ("them", "estimates are") if len(rows) > 1 else ("it", "estimate is")
     if not away:
@@ -148,6 +162,11 @@ def grounds_of_contradiction(rows: Sequence[DerivativeRow]) -> str:
         f": with the effects as estimated the {are} {listed(away)} standard errors from {them}, but the standard error "
         "given here includes that the effects are uncertain or others in their place"
     )
+
+
+def grounds_of_keeping(rows: Sequence[DerivativeRow]) -> str:
+    """Why declared values are kept where the validation flights decided it; empty otherwise."""
+    return ", with which the validation flights are predicted better" if rows[0].by_validation else ""
 
 
 def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[str]:
@@ -163,10 +182,12 @@ def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[st
         estimate = row.value if row.estimate is None else row.estimate
         holds = ""
         if row.estimate is not None:
-            holds = f"; the completed aircraft keeps the declared value {plain(row.value, 4)}"
+            holds = (
+                f"; the completed aircraft keeps the declared value {plain(row.value, 4)}{grounds_of_keeping([row])}"
+            )
         elif row.declared is not None and row.declared != row.value:
             contradicted = f"{CONTRADICTED} value {plain(row.declared, 4)}{grounds_of_contradiction([row])}"
-            holds = f"; the completed aircraft uses it, because the records and the identified effects {contradicted}"
+            holds = f"; the completed aircraft uses it, because {witnesses([row])} {contradicted}"
         sentences.append(
             f"Not significant in these records: {derivative_name(row.coefficient, row.term)}. The estimate "
             f"{number(estimate)} has {error}{why}. Do not use it as a measured value{holds}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,17 +40,20 @@ class Completion:
         Insignificant but not fixed: the declared value and an identified parameter contradict each other. By how many
         standard errors, were the effects' numbers known, the estimate is away; None where an identified parameter would
         not be significant beside the declared value.
+    by_validation : tuple of Entry
+        Fixed, or not, because the validation flights are predicted better so.
     """
 
     found: Attribution
     fixed: Mapping[Entry, float] = field(default_factory=dict)
     broke_down: bool = False
     contradicted: Mapping[Entry, float | None] = field(default_factory=dict)
+    by_validation: tuple[Entry, ...] = ()
 
     @property
     def not_shown(self) -> tuple[Entry, ...]:
         """The insignificant derivatives, fixed or not."""
-        return (*self.fixed, *self.contradicted)
+        return tuple(dict.fromkeys((*self.fixed, *self.contradicted, *self.by_validation)))
 
 
 def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureSearch, *, excited: bool) -> Completion:
@@ -76,9 +79,12 @@ def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureS
     together with the parameter: the derivative stays as estimated, and is reported as not significant. So it does where
     the declared values of a regression lie as many standard errors away as given by its own structure with the
     parameters of the identified effects; alternatives widen the bounds, but are not in the model.
+
+    Validation flights have the last word: where they are predicted better with all insignificant derivatives of a
+    coefficient at their declared values, or with none, beyond their noise, it is so.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
-    fixed: dict[Entry, float] = {}
+    free, fixed = found, dict[Entry, float]()
     contradicted: dict[Entry, float | None] = {**_contradicted_by_effects(found, declared, search, excited=excited)}
     while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
         estimated = {entry: found.completed.model.value(entry) for entry in hidden}
@@ -91,7 +97,51 @@ def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureS
             contradicted |= dict.fromkeys([entry for entry in hidden if entry[0] in lost] or hidden)
             continue
         fixed, found = fixed | estimated, restricted
-    return Completion(found, fixed, contradicted=contradicted)
+    completion = Completion(found, fixed, contradicted=contradicted)
+    return _as_predicted_best(completion, free, declared, search)
+
+
+def _as_predicted_best(
+    completion: Completion, free: Attribution, declared: Mapping[Entry, float], search: StructureSearch
+) -> Completion:
+    """The completion with all or none of each coefficient's insignificant derivatives fixed where that predicts better.
+
+    On some validation flight, beyond its noise, and on none worse in any coefficient.
+    """
+    if free.predictions is None:
+        return completion
+    for coefficient in dict.fromkeys(coefficient for coefficient, _ in completion.not_shown):
+        own = [entry for entry in completion.not_shown if entry[0] == coefficient]
+        others = [entry for entry in completion.fixed if entry[0] != coefficient]
+        tried = [
+            _with_fixed((*others, *chosen), free, declared, search)
+            for chosen in (own, ())
+            if set(chosen) != {entry for entry in completion.fixed if entry[0] == coefficient}
+        ]
+        for found in (found for found in tried if found is not None):
+            gained = free.predictions.worse(completion.found.completed, found.completed)
+            lost = free.predictions.worse(found.completed, completion.found.completed)
+            if lost or not any(place[1] == coefficient for place in gained):
+                continue
+            fixed = {entry: free.completed.model.value(entry) for entry in free.completed.free}
+            fixed = {entry: value for entry, value in fixed.items() if entry not in found.completed.free}
+            contradicted = {e: away for e, away in completion.contradicted.items() if e[0] != coefficient}
+            decided = tuple(dict.fromkeys((*completion.by_validation, *own)))
+            completion = Completion(found, fixed, contradicted=contradicted, by_validation=decided)
+    return completion
+
+
+def _with_fixed(
+    entries: Sequence[Entry], free: Attribution, declared: Mapping[Entry, float], search: StructureSearch
+) -> Attribution | None:
+    """The attribution with some entries at their declared values; None where an identified term would not be shown."""
+    if not entries:
+        return free
+    try:
+        found = restricted_estimate(free, {entry: declared[entry] for entry in entries}, search)
+    except EstimationError:
+        return None
+    return None if _no_longer_significant(free, found, search) else found
 
 
 def _contradicted_by_effects(

@@ -7,33 +7,19 @@ from dataclasses import dataclass, replace
 
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
-from aerosid.compiled.replicas import replicated
-from aerosid.equation_error.decision import EquationErrorDecision, decide
-from aerosid.equation_error.selection.control_dependence import ControlDependence, dependence_on_records
+from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.equation_error.selection.turbulence import may_be_turbulent
-from aerosid.estimation.fit_settings import NEARBY, RESIDUAL_TESTS, WRONG_STRUCTURE
+from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.loop.equation_error_notes import (
-    note_on_calibration,
-    note_on_damping,
-    note_on_delay,
-    note_on_hidden_noise,
-    note_on_near_significant,
-    note_on_regressor_errors,
-    note_on_supported_error,
-    notes_on_bridged_holes,
-)
+from aerosid.loop.equation_error_method import identified_by_equations
 from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.loop.settings import LoopSettings, Method, Progress
 from aerosid.notation import number
 from aerosid.search.attribution import Attribution, attribute_by_search, attribute_without_disturbances
-from aerosid.search.calm_air import output_error_in_calm_air
 from aerosid.search.cross_validation import is_inadequate_on
 from aerosid.search.declared_inertia import with_declared_inertia
-from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
 from aerosid.search.final_significance import eliminate_by_wald_test
 from aerosid.search.indistinguishable_terms import (
@@ -45,7 +31,6 @@ from aerosid.search.lowered_coefficients import lowered_coefficients
 from aerosid.search.other_derivatives import other_derivatives_by_equations, other_derivatives_by_likelihood
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.turbulence_innovations import with_turbulence_innovations
 from aerosid.search.unreached_position import note_on_unreached, with_unreached_positions
 
 
@@ -90,8 +75,8 @@ def _compared_on_validation(result: MethodResult, problem: IdentificationProblem
         others = other_derivatives_by_equations(decision)
     else:
         others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
-    # R^2 is that of the regression, whose structure an output-error estimate in calm air takes over.
-    lowered = lowered_coefficients(decision) if decision is not None and found.r_squared and found.findings else ()
+    # Of both structures with all derivatives free: an output-error estimate in calm air takes that structure over.
+    lowered = lowered_coefficients(decision) if decision is not None and found.predictions and found.findings else ()
     return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
 
 
@@ -168,50 +153,12 @@ def _by_equations(
 ) -> MethodResult:
     """Attribution by the coefficient equations, with the identified instrument errors applied."""
     progress("estimating by equation error")
-    coefficients = problem.aircraft.coefficients
     a_priori = {entry: (value, sigma) for entry, value, sigma in _priors(problem.aircraft)}
-    further = problem.reconstructed_hold_out
-    decision = replicated(lambda: decide(instrument_errors, coefficients, declared=a_priori, further=further))
-    found = attribute_by_equations(decision, problem.manoeuvres)
-    search = StructureSearch(
-        problem.manoeuvres,
-        problem.hypotheses(settings.catalogue),
-        coefficients,
-        found.before,
-        settings.attribution,
-        problem.declared,
-    )
-    notes = notes_on_bridged_holes((*problem.manoeuvres, *problem.others))
-    notes += tuple(note_on_delay(each) for each in decision.delay_discrepancies)
-    together = decision.joint_evidence
-    notes += tuple(
-        note_on_supported_error(row, together[row.hypothesis.label])
-        for row in decision.findings
-        if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
-    )
-    notes += tuple(note_on_near_significant(row) for row in decision.near_significant)
-    notes += tuple(note for scale in decision.uncertain_scales if (note := note_on_calibration(scale)))
-    notes += tuple(note for row in decision.regressor_errors if (note := note_on_regressor_errors(row)))
-    if decision.damping is not None:
-        notes = (*notes, note_on_damping(decision.damping))
-    if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
-        found = output_error_in_calm_air(found, decision, search)
-    found = with_turbulence_innovations(found, search)
-    found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
-    found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
-    if instrument_errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio:
-        found = replace(found, noise_hidden=True, dependence=_dependence(decision) if found.regressed else None)
-        notes = (*notes, note_on_hidden_noise(found))
+    known = identified_by_equations(instrument_errors, problem, settings, a_priori)
     agreement = problem.agreement(settings)
-    return MethodResult(found, search, notes=notes, method="equations", agreement=agreement, decision=decision)
-
-
-def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...] | None:
-    """The test of the completed structure's residuals against the controls; None in calm air."""
-    if not (decision.turbulence or may_be_turbulent(decision.completed)):
-        return None
-    acting = decision.with_instruments_held(decision.completed.point.effects)
-    return dependence_on_records(decision.completed, acting, decision.level_shifts)
+    return MethodResult(
+        known.found, known.search, notes=known.notes, method="equations", agreement=agreement, decision=known.decision
+    )
 
 
 def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:

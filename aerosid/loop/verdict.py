@@ -13,6 +13,8 @@ from aerosid.effects.refutation import Refutation, Refuted
 from aerosid.equation_error.selection.control_dependence import dependent
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.loop.derivative_table import derivative_name
 from aerosid.loop.effect_rows import Effect
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.model_validation.error_reduction import error_reduction_sentence
@@ -250,11 +252,16 @@ def _place(kind: str, where: str) -> str:
     return f" {'along' if along else 'of'} {where}" if where else ""
 
 
-def validation_decisions(found: Attribution) -> tuple[str, ...]:
-    """Effects confirmed and refuted by validation, a few words each; empty where there is none."""
+def validation_decisions(found: Attribution, insignificant: Sequence[Entry] = ()) -> tuple[str, ...]:
+    """Effects confirmed and refuted by validation, a few words each; empty where there is none.
+
+    `insignificant`: derivatives of which the validation flights decided whether they keep their declared values.
+    """
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
     refuted = [label for label, grounds in found.refuted.items() if grounds is Refutation.PREDICTION]
-    return (*confirmed, *(f"refuted {named(label)}" for label in refuted))
+    names = [derivative_name(coefficient, str(term)) for coefficient, term in insignificant]
+    chosen = [f"declared or estimated {listed(names)}"] if names else []
+    return (*confirmed, *(f"refuted {named(label)}" for label in refuted), *chosen)
 
 
 def notes_on_coloured_noise(coloured: Sequence[tuple[str, str, float]]) -> list[str]:

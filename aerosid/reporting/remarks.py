@@ -9,7 +9,9 @@ from aerosid.loop.derivative_table import (
     DerivativeRow,
     derivative_name,
     grounds_of_contradiction,
+    grounds_of_keeping,
     notes_on_insignificant_derivatives,
+    witnesses,
 )
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.result import ClosedLoop
@@ -47,18 +49,32 @@ def _on_insignificant(rows: Sequence[DerivativeRow]) -> Iterator[str]:
     others = [row for row in used if row not in against]
     tested = [row for row in against if row.declared_away is not None]
     hiding = [row for row in against if row not in tested]
-    keeps = f"; the completed aircraft keeps the declared {_values([row.value for row in kept])}"
-    for group, end in ((kept, keeps), (tested, _uses(tested)), (hiding, _uses(hiding)), (others, "")):
+    groups = [(group, _keeps(group)) for group in _by_witness(kept)]
+    groups += [(group, _uses(group)) for each in (tested, hiding) for group in _by_witness(each)]
+    for group, end in (*groups, (others, "")):
         if len(group) == 1:
             yield from notes_on_insignificant_derivatives(group)
         elif group:
             yield f"{_estimates(group)}{end}."
 
 
+def _by_witness(rows: Sequence[DerivativeRow]) -> list[list[DerivativeRow]]:
+    """The rows that the fitted flights decided, and those that the validation flights did; no empty group."""
+    groups = [[row for row in rows if row.by_validation is seen] for seen in (False, True)]
+    return [group for group in groups if group]
+
+
+def _keeps(rows: Sequence[DerivativeRow]) -> str:
+    """That the aircraft keeps declared values."""
+    return (
+        f"; the completed aircraft keeps the declared {_values([row.value for row in rows])}{grounds_of_keeping(rows)}"
+    )
+
+
 def _uses(rows: Sequence[DerivativeRow]) -> str:
     """Why the aircraft uses estimates that are not significant."""
     return (
-        "; the completed aircraft uses what is estimated, because the records and the identified effects "
+        f"; the completed aircraft uses what is estimated, because {witnesses(rows)} "
         f"{CONTRADICTED} {_values([row.declared or 0.0 for row in rows])}{grounds_of_contradiction(rows)}"
     )
 

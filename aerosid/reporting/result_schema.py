@@ -107,6 +107,7 @@ class DerivativeEntry(Row):
     filter_error_std_error: Number = None
     estimate: Number = None
     declared_away: Number = None
+    by_validation: bool = False
 
 
 class CoefficientEntry(Row):

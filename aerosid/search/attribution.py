@@ -16,6 +16,7 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.acceptance import accept
 from aerosid.search.backward_elimination import eliminate_on_final_estimate
+from aerosid.search.coefficient_predictions import CoefficientPredictions
 from aerosid.search.confirmation import Confirmed, confirmed_terms, with_confirmed
 from aerosid.search.finding_evidence import findings_with_p_values
 from aerosid.search.findings import Finding, labels, named, unique_alternatives
@@ -65,12 +66,13 @@ class Attribution:
     in_turbulence : Refinement or None
         Of a regression that reports turbulence: the filter-error estimate of the completed structure, whose innovations
         are tested in place of the residuals of an open-loop simulation.
-    r_squared : tuple of CoefficientRow
-        Of a regression: R^2 of each coefficient and log in the band of the motion, constants free on each log.
+    predictions : CoefficientPredictions or None
+        Of a structure found by regression: the coefficients of all logs with given values of it.
     other_derivatives : tuple of OtherDerivative
         Derivatives that differ on a validation flight.
     lowered : tuple of LoweredCoefficient
-        Where `r_squared` is given: coefficients of a validation flight whose R^2 the completed model lowers.
+        Of a structure found by regression: coefficients of a validation flight whose R^2 it lowers, all derivatives of
+        both structures free.
     noise_hidden : bool
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.
@@ -91,7 +93,7 @@ class Attribution:
     confirmed: tuple[Confirmed, ...] = ()
     eliminated: tuple[Finding, ...] = ()
     regressed: bool = False
-    r_squared: tuple[CoefficientRow, ...] = ()
+    predictions: CoefficientPredictions | None = None
     other_derivatives: tuple[OtherDerivative, ...] = ()
     lowered: tuple[LoweredCoefficient, ...] = ()
     noise_hidden: bool = False
@@ -107,6 +109,11 @@ class Attribution:
     def re_estimated(self, start: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
         """The estimate of a structure with fewer parts, by the estimator that the values are from."""
         return refine_on(start, manoeuvres) if self.re_estimator is None else self.re_estimator(start)
+
+    @property
+    def r_squared(self) -> tuple[CoefficientRow, ...]:
+        """R^2 before, and after by the completed model at its present values; empty without a regression."""
+        return () if self.predictions is None else self.predictions.r_squared(self.completed)
 
     @property
     def terms(self) -> tuple[Entry, ...]:

@@ -40,9 +40,15 @@ Measured = Mapping[ActiveEffect, NDArray[np.float64]]
 
 
 def output_error_in_calm_air(
-    found: Attribution, decision: EquationErrorDecision, search: StructureSearch
+    found: Attribution, decision: EquationErrorDecision, search: StructureSearch, *, noise_hidden: bool = False
 ) -> Attribution:
     """The attribution with output-error estimates in place of the regression's.
+
+    Parameters
+    ----------
+    noise_hidden : bool
+        Whether a recorder filters or colours all channels. What the model lacks, which a simulation integrates, is then
+        no longer small beside the noise: the standard errors contain it.
 
     Raises
     ------
@@ -60,6 +66,8 @@ def output_error_in_calm_air(
     start, completed, uncertainty = found.completed, found.completed, found.completed_deviations
     while True:
         completed, uncertainty = _estimated(start, effects, measured, search.manoeuvres)
+        if noise_hidden:
+            uncertainty = _with_model_error(uncertainty, completed, found)
         parts = search.parts(completed, uncertainty)
         weak = [part for part in parts if wald_ratio(part) < search.settings.final_deviations]
         if not weak:
@@ -84,6 +92,31 @@ def output_error_in_calm_air(
         regressed=False,
         re_estimator=partial(_re_estimated, measured=measured, manoeuvres=search.manoeuvres),
     )
+
+
+def _with_model_error(uncertainty: Deviations, estimated: Refinement, found: Attribution) -> Deviations:
+    """Standard deviations that contain what the model lacks, as the residuals of the coefficient equations show it.
+
+    A simulation's residuals are those of the sensors and of unmodelled forces that it integrates, slow beside a short
+    record. To the variances from the simulation come the regression's at given numbers of the effects, whose residuals
+    are these forces themselves; of the effects' numbers the larger deviation is taken.
+    """
+    beside = found.completed_deviations.beside_effects
+    if beside is None:
+        return uncertainty
+    of_forces = dict(zip(found.completed.free, np.sqrt(np.diag(beside)), strict=True))
+    forces = np.array([of_forces.get(entry, 0.0) for entry in estimated.free])
+    rows = {(row.kind, row.where, row.log, row.ordinal): row for row in found.findings if row.entry is None}
+    effects = uncertainty.effects.copy()
+    place = 0
+    for active in estimated.effects:
+        row = rows.get((*active.name, active.log, active.ordinal))
+        errors = [] if row is None else [error for _, _, error, _ in row.parameters] or [row.std_error]
+        own = effects[place : place + active.slopes]
+        if len(errors) == own.size:
+            own[:] = np.fmax(own, errors)
+        place += active.slopes
+    return replace(uncertainty.no_smaller_than(np.hypot(uncertainty.corrected, forces)), effects=effects)
 
 
 def without_eliminated(

@@ -32,8 +32,8 @@ from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 from aerosid.search.attribution import Attribution
+from aerosid.search.coefficient_predictions import CoefficientPredictions
 from aerosid.search.findings import Finding, Parameters, axes_of, log_of_step, named, parameters_of
 
 Array = NDArray[np.float64]
@@ -82,10 +82,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         (),
         decision.refuted,
         regressed=True,
-        r_squared=tuple(
-            CoefficientRow(after.coefficient, after.recording, before.r2, after.r2)
-            for before, after in decision.coefficient_fits
-        ),
+        predictions=CoefficientPredictions(decision),
         re_estimator=partial(_re_estimated, decision=decision, manoeuvres=manoeuvres),
     )
 

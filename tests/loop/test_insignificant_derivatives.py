@@ -61,3 +61,41 @@ def test_of_two_insignificant_derivatives_that_alone_keeps_its_declared_value_wh
     told = {(coefficient, str(term)): errors for (coefficient, term), errors in completion.contradicted.items()}
     assert told.get(DISAGREES) == (pytest.approx(away) if away > 5.0 else None)
     assert completion.found.completed.model.value(found.completed.free[names.index(AGREES)]) == values[AGREES]
+
+
+@pytest.mark.parametrize("declared_is_true", [True, False])
+def test_validation_flights_decide_whether_an_insignificant_derivative_keeps_its_declared_value(
+    regressed: tuple[Attribution, StructureSearch], declared_is_true: bool
+) -> None:
+    """Each coefficient of the other flight is predicted as well as by the better of both values, and it is said so."""
+    found, search = regressed
+    entry = next(entry for entry in found.completed.free if (entry[0], str(entry[1])) == DISAGREES)
+    place = found.completed.free.index(entry)
+    estimate, truth = found.completed.model.value(entry), commuter.SIDE[DISAGREES]
+    assert abs(estimate / truth - 1.0) < 0.1
+    wide = found.completed_deviations.corrected.copy()
+    wide[place] = 2.0 * abs(estimate)
+    far = estimate + 0.6 * abs(estimate)
+    values = found.completed.model.values.copy()
+    if declared_is_true:
+        values[found.completed.model.index(entry)] = far
+    found = replace(
+        found,
+        completed=replace(found.completed, model=found.completed.model.with_values(values)),
+        completed_deviations=replace(found.completed_deviations, corrected=wide, beside_effects=None),
+    )
+    declared = replace(
+        AIRCRAFT,
+        derivatives=tuple(
+            replace(each, value=truth if declared_is_true else far)
+            if (each.coefficient, str(each.term)) == DISAGREES
+            else each
+            for each in AIRCRAFT.derivatives
+        ),
+    )
+    completion = fix_insignificant(found, declared, search, excited=True)
+    assert entry in completion.not_shown
+    assert (entry in completion.fixed) is declared_is_true
+    assert (entry in completion.by_validation) is not declared_is_true
+    other = {(row.log, row.coefficient): row.r2_after for row in completion.found.r_squared}
+    assert min(other.values()) > 0.95

@@ -58,3 +58,38 @@ def test_the_citation_has_its_lateral_accelerometer_in_the_nose_and_side_force_a
     assert 4.1 < by_name(result)["sensor_position", "a_y"].parameters["x"].value < 4.7
     (side,) = [row for row in result.derivatives if (row.coefficient, row.term) == ("C_Y", "beta")]
     assert side.value < -3.0 * (side.std_error or 1.0)
+
+
+def unseen(result: ClosedLoop) -> dict[str, tuple[float, float]]:
+    """R^2 before and after of the coefficients of the only validation flight."""
+    (log,) = (log.name for log in result.validation)
+    return {row.coefficient: (row.r2_before, row.r2_after) for row in result.coefficients if row.log == log}
+
+
+def test_what_one_control_does_not_show_is_not_spoilt_for_the_other() -> None:
+    """Output error made C_l delta_r of the aileron .075 +- .006, published .02, and R^2 of the rudder's C_l -.4."""
+    aircraft = load_aircraft(Path(recording("lateral/attas.aircraft.toml")))
+    aileron, rudder = (read(f"attas_{name}1.csv", "attas.channels.toml") for name in ("ail", "rud"))
+    shares = unseen(close_loop([aileron], aircraft, [rudder], settings=BRIEF))
+    assert all(after > before - 0.005 for before, after in shares.values())
+    assert all(after > 0.95 for _, after in shares.values())
+    # The rudder's flight alone gives C_n p_hat .35 +- .23: C_n of the aileron's was -3.2 with it, declared .96.
+    shares = unseen(close_loop([rudder], aircraft, [aileron], settings=BRIEF))
+    assert shares["C_n"][0] < 0.0
+    assert shares["C_n"][1] > 0.9
+    assert shares["C_Y"][0] < 0.5
+    assert shares["C_Y"][1] > 0.9
+    assert shares["C_l"][1] > 0.9
+
+
+def test_a_declared_value_that_the_other_flight_contradicts_is_not_kept() -> None:
+    """C_n p_hat of two Dutch rolls is -.13 +- .06, declared -.06: with that C_n of the rolls was .63."""
+    aircraft = load_aircraft(Path(recording("lateral/citation.aircraft.toml")))
+    windows = ("dutch_roll", "dutch_roll_damped", "rolls")
+    logs = [read(f"citation_ref_{name}.csv", "citation.channels.toml") for name in windows]
+    result = close_loop(logs[:2], aircraft, logs[2:], settings=BRIEF)
+    assert all(after > before for before, after in unseen(result).values())
+    assert unseen(result)["C_n"][1] > 0.85
+    (roll,) = [row for row in result.derivatives if (row.coefficient, row.term) == ("C_n", "p_hat")]
+    assert roll.by_validation
+    assert roll.estimate is None

@@ -54,16 +54,19 @@ class PredictionResidual:
         """Mean square of the prediction's standard error due to the estimated parameters."""
         return float(np.mean(np.sum((self.slopes @ self.covariance) * self.slopes, axis=1)))
 
-    def rise_over(self, before: PredictionResidual) -> tuple[float, float]:
+    def rise_over(self, before: PredictionResidual, *, by_noise: bool = False) -> tuple[float, float]:
         """Rise of the mean square over that of another model, and its standard error.
 
         The squares differ by the product of the difference d of the predictions and the sum of the residuals. Noise e
         of the record, of covariance T, adds 4 d' T d / n^2 to the variance of its mean, and an error of the estimated
-        parameters, of covariance C, which shifts both residuals alike by the slopes S, 4 d' S C S' d / n^2.
+        parameters, of covariance C, which shifts both residuals alike by the slopes S, 4 d' S C S' d / n^2. The latter
+        is left out `by_noise`: between two sets of given values the record's noise alone could mislead the choice.
         """
         difference = before.residual - self.residual
         by_parameters = self.slopes.T @ difference
-        variance = before.noise_along(difference) + float(by_parameters @ self.covariance @ by_parameters)
+        variance = before.noise_along(difference)
+        if not by_noise:
+            variance += float(by_parameters @ self.covariance @ by_parameters)
         rise = float(np.mean(self.residual**2) - np.mean(before.residual**2))
         return rise, 2.0 * float(np.sqrt(max(variance, 0.0))) / difference.size
 

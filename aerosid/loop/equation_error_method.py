@@ -1,0 +1,125 @@
+"""Structure by kinematic and coefficient equations; in calm air its values by output error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from aerosid.compiled.replicas import replicated
+from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.equation_error.selection.control_dependence import ControlDependence, dependence_on_records
+from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
+from aerosid.equation_error.selection.turbulence import may_be_turbulent
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS
+from aerosid.flight_model.aerodynamics import Entry
+from aerosid.loop.equation_error_notes import (
+    note_on_calibration,
+    note_on_damping,
+    note_on_delay,
+    note_on_hidden_noise,
+    note_on_near_significant,
+    note_on_regressor_errors,
+    note_on_supported_error,
+    note_on_worse_output_error,
+    notes_on_bridged_holes,
+)
+from aerosid.loop.identification_problem import IdentificationProblem
+from aerosid.loop.settings import LoopSettings
+from aerosid.search.attribution import Attribution
+from aerosid.search.calm_air import output_error_in_calm_air
+from aerosid.search.declared_inertia import with_declared_inertia
+from aerosid.search.equation_error_attribution import attribute_by_equations
+from aerosid.search.equivalent_causes import with_equivalent_causes
+from aerosid.search.structure_search import StructureSearch
+from aerosid.search.turbulence_innovations import with_turbulence_innovations
+
+
+@dataclass(frozen=True)
+class EquationErrorResult:
+    """The attribution with its decision, the search for further estimates, and notes for the report."""
+
+    found: Attribution
+    search: StructureSearch
+    notes: tuple[str, ...]
+    decision: EquationErrorDecision
+
+
+def identified_by_equations(
+    errors: InstrumentErrors,
+    problem: IdentificationProblem,
+    settings: LoopSettings,
+    a_priori: Mapping[Entry, tuple[float, float]],
+) -> EquationErrorResult:
+    """The undeclared effects by the coefficient equations, with the identified instrument errors applied.
+
+    Parameters
+    ----------
+    a_priori : mapping of Entry to (float, float)
+        Value and standard deviation of the derivatives that the aircraft file gives one.
+
+    Raises
+    ------
+    EstimationError
+        Where neither the declared nor the completed model can be simulated.
+    """
+    coefficients, further = problem.aircraft.coefficients, problem.reconstructed_hold_out
+    decision = replicated(lambda: decide(errors, coefficients, declared=a_priori, further=further))
+    found = attribute_by_equations(decision, problem.manoeuvres)
+    search = StructureSearch(
+        problem.manoeuvres,
+        problem.hypotheses(settings.catalogue),
+        coefficients,
+        found.before,
+        settings.attribution,
+        problem.declared,
+    )
+    notes = _notes(decision, problem)
+    hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
+    if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
+        found, refuted = _by_output_error(found, decision, search, noise_hidden=hidden)
+        notes += refuted
+    found = with_turbulence_innovations(found, search)
+    found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
+    found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
+    if hidden:
+        found = replace(found, noise_hidden=True, dependence=_dependence(decision) if found.regressed else None)
+        notes = (*notes, note_on_hidden_noise(found))
+    return EquationErrorResult(found, search, notes, decision)
+
+
+def _by_output_error(
+    found: Attribution, decision: EquationErrorDecision, search: StructureSearch, *, noise_hidden: bool
+) -> tuple[Attribution, tuple[str, ...]]:
+    """The output-error estimate; behind a recorder the regression, with a note, where that predicts flights better."""
+    estimated = output_error_in_calm_air(found, decision, search, noise_hidden=noise_hidden)
+    if not noise_hidden or found.predictions is None:
+        return estimated, ()
+    worse = found.predictions.worse(estimated.completed, found.completed)
+    return (found, (note_on_worse_output_error(worse),)) if worse else (estimated, ())
+
+
+def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> tuple[str, ...]:
+    """What the decision saw beside its findings."""
+    together = decision.joint_evidence
+    notes = [
+        *notes_on_bridged_holes((*problem.manoeuvres, *problem.others)),
+        *(note_on_delay(each) for each in decision.delay_discrepancies),
+        *(
+            note_on_supported_error(row, together[row.hypothesis.label])
+            for row in decision.findings
+            if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
+        ),
+        *(note_on_near_significant(row) for row in decision.near_significant),
+        *(note_on_calibration(scale) for scale in decision.uncertain_scales),
+        *(note_on_regressor_errors(row) for row in decision.regressor_errors),
+        note_on_damping(decision.damping) if decision.damping is not None else "",
+    ]
+    return tuple(note for note in notes if note)
+
+
+def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...] | None:
+    """The test of the completed structure's residuals against the controls; None in calm air."""
+    if not (decision.turbulence or may_be_turbulent(decision.completed)):
+        return None
+    acting = decision.with_instruments_held(decision.completed.point.effects)
+    return dependence_on_records(decision.completed, acting, decision.level_shifts)
