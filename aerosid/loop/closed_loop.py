@@ -54,6 +54,7 @@ from aerosid.search.attribution import Attribution
 from aerosid.search.confirmation import note_on_confirmed
 from aerosid.search.final_significance import note_on_eliminated
 from aerosid.search.indistinguishable_terms import note_on_indistinguishable_terms
+from aerosid.search.lowered_coefficients import as_written
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.suggested_terms import note_on_suggested
 
@@ -171,7 +172,7 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
     gains = prediction_gains(completed, known.search, identified.validation, identified.hold_out)
     effects = effect_rows(completed, *gains)
     rows = known.rows(None)
-    others, lowered = known.found.other_derivatives, known.found.lowered
+    others, lowered = known.found.other_derivatives, as_written(known.found.lowered, shares.values())
     summary = summarise(known.verdict, effects, tuple(errors), others, lowered, leaves=known.leaves_residual)
     inertia = settings.attribution.inertia
     unusual = [f"In the aircraft file {warning}" for warning in unusual_numbers(aircraft)]
@@ -322,7 +323,7 @@ def _notes(
         *((opinion.sentence,) if opinion is not None else ()),
         *notes_on_refuted(found.refuted, by_blocks=not others),
         *notes_on_other_derivatives(found.other_derivatives),
-        *notes_on_lowered(found.lowered),
+        *notes_on_lowered(as_written(found.lowered, result.coefficients)),
         *note_on_indistinguishable_terms(identified.rivals),
         *note_on_eliminated(found, settings.attribution.final_deviations),
         *note_on_confirmed(found.confirmed, names, found.findings, settings.attribution.suggestion),

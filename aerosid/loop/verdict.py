@@ -134,7 +134,7 @@ def summarise(
         return f"{sentence} The completed aircraft keeps every declared value."
     if others:
         sentence += f" {_another(others)}"
-    worse = [f"{row.coefficient} of {row.log}" for row in lowered if row.significant]
+    worse = [f"{row.coefficient} of {row.log}" for row in lowered if row.significant and row.is_written_lower]
     if effects and worse:
         sentence += f" The completed model predicts {_first_of(worse)} worse than the declared structure."
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
@@ -182,10 +182,16 @@ def notes_on_other_derivatives(others: Sequence[OtherDerivative]) -> list[str]:
 
 
 def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
-    """A remark on each coefficient of a validation flight whose R^2 is lower, significantly or not."""
+    """A remark on each coefficient of a validation flight whose R^2 is lower, significantly or not.
+
+    All derivatives are free in both structures, which then differ in the effects alone; the table of R^2 gives the
+    completed model as it is written.
+    """
     notes = []
     for row in lowered:
-        fallen = f"R² in the band of the motion {number(row.before)} before and {number(row.after)} after"
+        fallen = f"R² with all derivatives free {number(row.before)} before and {number(row.after)} after"
+        if row.written is not None and number(row.written, 3) != number(row.after, 3):
+            fallen += f" ({number(row.written)} as the completed model is written)"
         if not row.significant:
             notes.append(
                 f"{row.coefficient} of {row.log}: {fallen}, a fall of less than {number(LOWERED.deviations, 1)} "

@@ -9,7 +9,7 @@ where it does not, the flights differ in the effect itself, as of a vane that wa
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from aerosid.equation_error.selection.cross_validation import fits_with_shifts, 
 from aerosid.equation_error.selection.penalties import Label, effects_of
 from aerosid.equation_error.selection.structure import point_without
 from aerosid.equation_error.selection.wald_tests import EffectEstimate, unknown_indices
+from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 
 
 @dataclass(frozen=True)
@@ -98,8 +99,10 @@ class LoweringEffect:
 class LoweredCoefficient:
     """A coefficient of a validation flight with R^2 of the declared structure re-estimated and of the completed one.
 
-    `std_error`: of the fall, by the noise of that flight and by the standard errors of the derivatives. `effect`: that
-    without which it would be predicted best; None where none makes up for most of the fall.
+    All derivatives are free in both, which then differ in the effects alone. `std_error`: of the fall, by the noise of
+    that flight and by the standard errors of the derivatives. `effect`: that without which it would be predicted best;
+    None where none makes up for most of the fall. `written`: R^2 of the completed model as it is written, with
+    insignificant derivatives at their declared values; None before that is known.
     """
 
     log: str
@@ -108,6 +111,12 @@ class LoweredCoefficient:
     after: float
     std_error: float
     effect: LoweringEffect | None = None
+    written: float | None = None
+
+    @property
+    def is_written_lower(self) -> bool:
+        """Whether the model as it is written predicts it worse than the declared structure as well."""
+        return self.written is None or self.before - self.written > LOWERED.fall
 
     @property
     def significant(self) -> bool:
@@ -141,6 +150,12 @@ def lowered_coefficients(decision: EquationErrorDecision) -> tuple[LoweredCoeffi
         return _alone(decision, decision.findings[place], log)
 
     return tuple(_with_effect(row, decision.findings, without, alone) for row in lowered)
+
+
+def as_written(lowered: Sequence[LoweredCoefficient], r_squared: Iterable[CoefficientRow]) -> list[LoweredCoefficient]:
+    """The same with R^2 of the completed model as it is written."""
+    written = {(row.log, row.coefficient): row.r2_after for row in r_squared}
+    return [replace(row, written=written.get((row.log, row.coefficient))) for row in lowered]
 
 
 def _std_errors(decision: EquationErrorDecision) -> dict[tuple[str, str], float]:
