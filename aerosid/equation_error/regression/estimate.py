@@ -237,7 +237,7 @@ def maximise_likelihood(
         if not inexact and abs(full.log_likelihood - solution.log_likelihood) < REACHED:
             break
         step = full.values[len(design.unknowns) :]
-        moved, design_new, solved = _stepped(problem, point, design, full, free, step)
+        moved, design_new, solved = _stepped(problem, point, design, solution, full, free, step)
         gained = solved.log_likelihood - solution.log_likelihood if moved is not None else 0.0
         if not keep_near or gained < FAITHFUL * (full.log_likelihood - solution.log_likelihood) - CLOSE:
             near = None
@@ -289,16 +289,19 @@ def _stepped(
     problem: RegressionProblem,
     point: Point,
     design: Design,
+    before: Solution,
     full: Solution,
     free: Sequence[tuple[int, int]],
     step: Array,
 ) -> tuple[Point | None, Design, Solution]:
     """The point after the step, shortened until the likelihood with the same colours does not decrease.
 
+    `before`: the design's solution from whose colours those of the step, `full`, were estimated.
+
     Where the terms determine how errors act, that is compared between points with the same terms: a step of the
     Citation's lateral accelerometer by its whole error was refused for what the sideslip's errors changed, 26 in ln L.
     """
-    start = solve(design, full.weights)
+    start = before if full.weights is before.weights else solve(design, full.weights)
     if _errors_act_by_terms(problem, design):
         start = solve(problem.design(with_terms(point, design, full.values[: len(design.unknowns)])), full.weights)
     share = 1.0

@@ -27,6 +27,7 @@ from aerosid.flight_model.aerodynamics import Entry
 from aerosid.signals.correlation import correlation
 from aerosid.signals.factor_search import search_in_logarithms
 from aerosid.signals.smoothing import smooth_inputs
+from aerosid.signals.trace import among_inputs
 from aerosid.signals.whitening import InputNoise, initial_covariance, make_whitening_carry, whiten_stretch
 
 
@@ -212,18 +213,22 @@ def _likeliest(
 ) -> tuple[float, ...]:
     """Spread and memory of each coefficient's error at the maximum of the likelihood."""
     parameters = unmodelled_forces(coefficients).parameters
+    start = tuple(parameter.trials[0] for parameter in parameters)
+    # The other inputs' errors change nothing, and take as much time as these.
+    noisy = [np.union1d(np.flatnonzero(part.noise.variance > 0.0), offsets) for part in flights]
+    traces = [among_inputs(part.trace, places) for part, places in zip(flights, noisy, strict=True)]
 
     def cost(numbers: Sequence[float]) -> float:
         total = 0.0
-        for part, columns, interval in zip(flights, asked, intervals, strict=True):
-            noise = _with_forces(part.noise, offsets, coefficients, numbers, interval)
+        for part, trace, places, columns, interval in zip(flights, traces, noisy, asked, intervals, strict=True):
+            whole = _with_forces(part.noise, offsets, coefficients, numbers, interval)
+            noise = InputNoise(whole.variance[places], whole.memory[places])
             block = columns[:, :, :1].copy()
-            carry = make_whitening_carry(noise, 1, part.trace, part.sensors)
-            total += whiten_stretch(part.held, block, part.trace, output_variance, noise, part.sensors, carry)
+            carry = make_whitening_carry(noise, 1, trace, part.sensors)
+            total += whiten_stretch(part.held, block, trace, output_variance, noise, part.sensors, carry)
             total += float(np.sum(block[part.held] ** 2))
         return total
 
-    start = tuple(parameter.trials[0] for parameter in parameters)
     limits = [(parameter.lowest, parameter.highest) for parameter in parameters]
     return search_in_logarithms(cost, start, limits, least_fall=0.1, settled=0.01)
 
