@@ -129,6 +129,82 @@ def _rate_weights(k: int, time: NDArray[np.float64]) -> tuple[float, float, floa
 
 
 @njit_inline
+def _static_point(alpha: float, rate: float, star: float, sharpness: float, delay: float) -> float:
+    """The separation point in steady flow."""
+    return float(0.5 * (1.0 - np.tanh(sharpness * (alpha - delay * rate - star))))
+
+
+@njit_inline
+def _lost_lift(point: float) -> float:
+    """Change of the lift by the alpha derivative over that lift."""
+    share = 0.5 * (1.0 + np.sqrt(point))
+    return float(share * share - 1.0)
+
+
+def factor_places(law: Law, columns: int) -> tuple[int | None, ...]:
+    """Which of a law's numbers is a factor of each of its `columns`; None: the alpha derivative is."""
+    return (0,) if law is Law.GROUND else (None, *range(4, 3 + columns))
+
+
+def offsets_of_unit_size(
+    law: Law,
+    numbers: tuple[float, ...],
+    columns: int,
+    time: NDArray[np.float64],
+    course: tuple[NDArray[np.float64], ...],
+) -> tuple[NDArray[np.float64], ...]:
+    """What a law adds to each of its columns along a given motion with every factor one, (N,) each.
+
+    Parameters
+    ----------
+    numbers : (P,) of the law; those of `factor_places` are not used.
+    columns : how many it adds to.
+    time : (N,) s.
+    course : angle of attack, rad, its rate as of `rate_up_to_now`, rad/s, and height over the ground, m, (N,) each.
+    """
+    alpha, rate, height = course
+    if law is Law.GROUND:
+        return (np.asarray(influence(height, numbers[1])),)
+    lost, separated = _separated_along(time, alpha, rate, *numbers[:4])
+    return (lost, *(columns - 1) * (separated,))
+
+
+@njit
+def _separated_along(
+    time: NDArray[np.float64],
+    alpha: NDArray[np.float64],
+    rate: NDArray[np.float64],
+    star: float,
+    sharpness: float,
+    delay: float,
+    relaxation: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Change of lift for an alpha derivative of one, and the separated part of the chord, (N,) each."""
+    lost, separated = np.empty(alpha.shape[0]), np.empty(alpha.shape[0])
+    static = point = 0.0
+    for k in range(alpha.shape[0]):
+        before, static = static, _static_point(alpha[k], rate[k], star, sharpness, delay)
+        if k == 0:
+            point = static
+        else:
+            decay, old, new = lag_weights(time[k] - time[k - 1], relaxation)
+            point = decay * point + old * before + new * static
+        lost[k] = alpha[k] * _lost_lift(point)
+        separated[k] = 1.0 - point
+    return lost, separated
+
+
+@njit
+def rate_up_to_now(time: NDArray[np.float64], alpha: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rate at each sample of the parabola through it and the two before, unit/s, (N,); zero at the first."""
+    rate = np.empty(alpha.shape[0])
+    for k in range(alpha.shape[0]):
+        here, before, earlier = _rate_weights(k, time)
+        rate[k] = here * alpha[k] + before * alpha[max(k - 1, 0)] + earlier * alpha[max(k - 2, 0)]
+    return rate
+
+
+@njit_inline
 def _separated(
     k: int,
     time: NDArray[np.float64],
@@ -146,14 +222,13 @@ def _separated(
     alpha = np.arctan2(x[at.w], x[at.u])
     here, before, earlier = _rate_weights(k, time)
     rate = here * alpha + before * memory[0] + earlier * memory[1]
-    static = 0.5 * (1.0 - np.tanh(sharpness * (alpha - delay * rate - star)))
+    static = _static_point(alpha, rate, star, sharpness, delay)
     point = static
     if k > 0:
         decay, old, new = lag_weights(time[k] - time[k - 1], relaxation)
         point = decay * memory[3] + old * memory[2] + new * static
     kept[0], kept[1], kept[2], kept[3] = alpha, memory[0], static, point
-    share = 0.5 * (1.0 + np.sqrt(point))
-    offsets[column] = feedback.slope[n] * alpha * (share * share - 1.0)
+    offsets[column] = feedback.slope[n] * alpha * _lost_lift(point)
     for i in range(1, feedback.first_column[n + 1] - column):
         offsets[column + i] = feedback.numbers[first + 3 + i] * (1.0 - point)
 

@@ -22,27 +22,61 @@ def delayed(time: NDArray[np.float64], values: NDArray[np.float64], delay: float
     if time.size < 4:
         wanted = np.clip(time - delay, time[0], time[-1])
         return np.column_stack([np.interp(wanted, time, column) for column in values.T])
-    return _interpolated(time, np.ascontiguousarray(values), float(delay))
+    first, weights = _places_before(time, float(delay))
+    return _interpolated(np.ascontiguousarray(values), first, weights)
+
+
+KEPT_DELAYS = 8
+"""Numerical: delays whose interpolation is kept; a search comes back to the same few."""
+
+LONGEST_KEPT = 20_000
+"""Numerical: samples of a record up to which it is kept, 40 bytes for each."""
+
+_kept: list[tuple[NDArray[np.float64], float, NDArray[np.int64], NDArray[np.float64]]] = []
+
+
+def _places_before(time: NDArray[np.float64], delay: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """As `_interpolation`, that of the same instants and delay computed once."""
+    for instants, known, first, weights in tuple(_kept):
+        if instants is time and known == delay:
+            return first, weights
+    first, weights = _interpolation(time, delay)
+    if time.size <= LONGEST_KEPT:
+        _kept.insert(0, (time, delay, first, weights))
+        del _kept[KEPT_DELAYS:]
+    return first, weights
 
 
 @njit
-def _interpolated(time: NDArray[np.float64], values: NDArray[np.float64], delay: float) -> NDArray[np.float64]:
-    """As `delayed`, of four samples or more, by Lagrange's polynomials."""
+def _interpolation(time: NDArray[np.float64], delay: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """First of the four samples, (N,), around each instant less the delay, and their Lagrangian weights, (N, 4)."""
     samples = time.shape[0]
-    result = np.zeros(values.shape)
+    places, weights = np.empty(samples, dtype=np.int64), np.ones((samples, 4))
     after = 0
     for k in range(samples):
         wanted = min(max(time[k] - delay, time[0]), time[samples - 1])
         while after < samples and time[after] <= wanted:
             after += 1
         first = min(max(after - 2, 0), samples - 4)
+        places[k] = first
         for i in range(4):
-            weight = 1.0
             for j in range(4):
                 if j != i:
-                    weight *= (wanted - time[first + j]) / (time[first + i] - time[first + j])
-            for c in range(values.shape[1]):
-                result[k, c] += weight * values[first + i, c]
+                    weights[k, i] *= (wanted - time[first + j]) / (time[first + i] - time[first + j])
+    return places, weights
+
+
+@njit
+def _interpolated(
+    values: NDArray[np.float64], first: NDArray[np.int64], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Sums of four samples from `first` (N,) on with `weights` (N, 4), (N, C)."""
+    result = np.empty((first.shape[0], values.shape[1]))
+    for k in range(first.shape[0]):
+        n = first[k]
+        for c in range(values.shape[1]):
+            earlier = weights[k, 0] * values[n, c] + weights[k, 1] * values[n + 1, c]
+            result[k, c] = earlier + weights[k, 2] * values[n + 2, c] + weights[k, 3] * values[n + 3, c]
     return result
 
 

@@ -21,9 +21,10 @@ from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre, initial_state
 from aerosid.estimation.motion_loop import added_along, self_consistent
-from aerosid.flight_model.aerodynamics import AerodynamicModel
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
+from aerosid.flight_model.motion_laws import factor_places, offsets_of_unit_size, rate_up_to_now
 
 Array = NDArray[np.float64]
 SPREAD = np.array([NOISE.get(name, 1.0) for name in LONGITUDINAL.outputs])
@@ -69,6 +70,32 @@ def test_motion_and_addition_agree(effects: tuple[ActiveEffect, ...]) -> None:
                 assert np.ptp(change) > 1e-4
                 wanted[:, model.columns.index(column)] += change
     assert_allclose(acting.inputs, wanted, rtol=0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("active", [SEPARATING, AT_ONCE, PITCHED])
+def test_factors_times_offsets_of_unit_size_are_what_an_effect_adds(active: ActiveEffect) -> None:
+    effect = active.effect
+    assert isinstance(effect, StateEffect)
+    effect = replace(effect, proportional=False)
+    active = replace(active, effect=effect)
+    model, manoeuvre = flown((active,))
+    u, w, _, _, h = states = simulate_outputs(
+        initial_state(manoeuvre.flight), manoeuvre.flight, np.array(model.values), model.table, model.constants
+    )[1].T
+    added = added_along(active, model, manoeuvre.flight, np.array(model.values), np.ascontiguousarray(states.T), 2.0)
+    time, alpha = manoeuvre.flight.time, np.arctan2(w, u)
+    numbers, places = effect.law_numbers(active.values), factor_places(effect.law, len(effect.columns))
+    rows = offsets_of_unit_size(
+        effect.law, numbers, len(effect.columns), time, (alpha, rate_up_to_now(time, alpha), h - 2.0)
+    )
+    (slope,) = (value for entry, value in zip(model.entries, model.values, strict=True) if _is_lift_slope(entry))
+    for column, place, row in zip(effect.columns, places, rows, strict=True):
+        factor = slope if place is None else numbers[place]
+        assert_allclose(factor * row, added[column], rtol=1e-12, atol=1e-15)
+
+
+def _is_lift_slope(entry: Entry) -> bool:
+    return (entry[0], str(entry[1])) == ("C_Z", "alpha")
 
 
 @pytest.mark.parametrize("effects", CASES.values(), ids=CASES)

@@ -42,13 +42,14 @@ from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
+from aerosid.flight_model.motion_laws import factor_places, offsets_of_unit_size, rate_up_to_now
 from aerosid.flight_model.vane import alpha_at_centre
 
 Array = NDArray[np.float64]
 
 
-CACHED_ADDED = 4
-"""Numerical: parameter sets of an effect of the motion for which its contributions are cached."""
+CACHED_OFFSETS = 6
+"""Numerical: parameter sets of an effect of the motion for which what it adds is cached."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,11 @@ class Motion:
         return MotionSeries(*map(np.ascontiguousarray, series))
 
     @cached_property
+    def gusts_in_rates(self) -> Mapping[str, Array]:
+        """Difference of each vane from its path as the derivatives of sampled rates show it, (N,)."""
+        return {name: self.recording.in_rates(gust) if gust.any() else gust for name, gust in self.gusts.items()}
+
+    @cached_property
     def states(self) -> Array:
         """The motion as the states of the record's case, (N, n); heading, on which nothing depends, is left zero."""
         plane = self.V * np.cos(self.beta)
@@ -110,28 +116,36 @@ class Motion:
         return np.column_stack([known[name] for name in self.recording.manoeuvre.axes.integrated])
 
     @cached_property
-    def _added(self) -> list[tuple[ActiveEffect, float, dict[str, Array]]]:
-        return []
+    def _rate_up_to_now(self) -> Array:
+        return rate_up_to_now(self.recording.time, np.ascontiguousarray(self.alpha))
+
+    @cached_property
+    def _offsets(self) -> dict[tuple[object, ...], tuple[Array, ...]]:
+        return {}
 
     def added_by(self, active: ActiveEffect, model: AerodynamicModel, flight: Flight) -> dict[str, Array]:
         """Contribution of an effect of the motion to each of its input columns, (N,) each; not to be written to.
 
-        One that is not proportional to a coefficient depends on the motion alone, and is computed once for its
-        parameters.
+        One that is not proportional to a coefficient depends on the motion alone but for factors of its columns, and
+        is computed once for its other parameters.
         """
-        effect, ground, values = active.effect, self.recording.manoeuvre.ground, np.array(model.values)
+        effect, ground = active.effect, self.recording.manoeuvre.ground
         assert isinstance(effect, StateEffect)
         if effect.proportional:
-            return added_along(active, model, flight, values, self.states, ground)
-        index = slope_of(model, effect)
-        slope = 0.0 if index is None else float(values[index])
-        for known, known_slope, added in self._added:
-            if known is active and known_slope == slope:
-                return added
-        added = added_along(active, model, flight, values, self.states, ground)
-        self._added.insert(0, (active, slope, added))
-        del self._added[CACHED_ADDED:]
-        return added
+            return added_along(active, model, flight, np.array(model.values), self.states, ground)
+        numbers, places = effect.law_numbers(active.values), factor_places(effect.law, len(effect.columns))
+        key = (effect.law, places, *(number for place, number in enumerate(numbers) if place not in places))
+        found = self._offsets.pop(key, None)
+        if found is None:
+            course = np.ascontiguousarray(self.alpha), self._rate_up_to_now, self.h - ground
+            found = offsets_of_unit_size(effect.law, numbers, len(places), self.recording.time, course)
+        self._offsets[key] = found
+        if len(self._offsets) > CACHED_OFFSETS:
+            del self._offsets[next(iter(self._offsets))]
+        slope = slope_of(model, effect)
+        by_alpha = 0.0 if slope is None else float(model.values[slope])
+        factors = (by_alpha if place is None else numbers[place] for place in places)
+        return {name: factor * row for name, factor, row in zip(effect.columns, factors, found, strict=True)}
 
 
 def reconstruct(

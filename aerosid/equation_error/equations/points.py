@@ -331,10 +331,10 @@ def _gust(name: str, recording: Recording, effects: Sequence[ActiveEffect], moti
     A gyro's is not delayed: moments respond to gusts within hundredths of a second, and on the ATTAS stall, whose gyro
     leads by .03 s, the search ended 60 lower in ln L with the lead applied to it.
     """
-    gust, channel = motion.gusts[VANE_OF[name]], MEASURED_BY[name]
+    plane, channel = VANE_OF[name], MEASURED_BY[name]
     if channel not in ACCELERATIONS:
-        return recording.in_rates(gust)
-    return as_read(recording, effects, channel, gust[:, None])[:, 0]
+        return motion.gusts_in_rates[plane]
+    return as_read(recording, effects, channel, motion.gusts[plane][:, None])[:, 0]
 
 
 def _floor(recording: Recording, channel: str) -> float:
