@@ -33,26 +33,26 @@ def inertial_path(
     for turn in range(PATH_ROUNDS):
         if turn:
             path = without_gusts(measured, path, drift)
-        alpha, speed = path
-        u, w = speed * np.cos(alpha), speed * np.sin(alpha)
-        path, rate = _integrated(u, w, speed, q, *forcing, measured, interval)
+        path, rate = _integrated(path, q, *forcing, measured, interval)
     return path, rate
 
 
 @njit
 def _integrated(
-    u: Array, w: Array, speed: Array, q: Array, ahead: Array, below: Array, measured: Array, interval: float
+    before: Array, q: Array, ahead: Array, below: Array, measured: Array, interval: float
 ) -> tuple[Array, Array]:
     """Angle of attack and speed in the plane, (2, N), from u' + q w and w' - q u, and the angle's rate, (N,).
 
-    With the means of the measured signals.
+    With u and w of the path `before`, (2, N), and the means of the measured signals.
     """
-    samples = u.shape[0]
+    samples = q.shape[0]
     rates = np.empty((2, samples))
     for n in range(samples):
-        u_dot, w_dot = ahead[n] - q[n] * w[n], below[n] + q[n] * u[n]
-        rates[0, n] = (u[n] * w_dot - w[n] * u_dot) / (speed[n] * speed[n])
-        rates[1, n] = (u[n] * u_dot + w[n] * w_dot) / speed[n]
+        alpha, speed = before[0, n], before[1, n]
+        u, w = speed * np.cos(alpha), speed * np.sin(alpha)
+        u_dot, w_dot = ahead[n] - q[n] * w, below[n] + q[n] * u
+        rates[0, n] = (u * w_dot - w * u_dot) / (speed * speed)
+        rates[1, n] = (u * u_dot + w * w_dot) / speed
     path = np.empty((2, samples))
     for k in range(2):
         summed_up(rates[k], interval, path[k])

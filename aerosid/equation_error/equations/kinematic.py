@@ -44,6 +44,7 @@ from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.motion_laws import factor_places, offsets_of_unit_size, rate_up_to_now
 from aerosid.flight_model.vane import alpha_at_centre
+from aerosid.signals.sine_and_cosine import sine_and_cosine
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,8 @@ class Motion:
     def course(self) -> MotionSeries:
         """The motion as the coefficient equations take it."""
         measured = self.recording.channels.get("V", self.V)
-        gravity = GRAVITY * np.cos(self.theta - self.alpha) * np.cos(self.phi)
+        level = self.recording.sine_and_cosine("phi", self.phi)[1]
+        gravity = GRAVITY * np.cos(self.theta - self.alpha) * level
         attitude = (self.phi, self.theta, self.alpha_dot, self.sine, self.cosine)
         series = (self.V, measured, self.alpha, self.beta, *vars(self.rates).values(), *attitude, gravity)
         return MotionSeries(*map(np.ascontiguousarray, series))
@@ -175,7 +177,7 @@ def reconstruct(
     forces = forces_at_centre(recording, effects, true, rates)
     alpha, beta, alpha_dot = alpha_vane, beta_vane, np.zeros_like(q)
     aside = recording.sine_and_cosine("beta", beta)
-    plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
+    plane, u, w, v = _velocities(speed, sine_and_cosine(alpha), aside)
     along_path = "u" in integrated and {"a_x", "a_z"} <= forces.keys()
     has_lateral_path = "v" in integrated and "a_y" in forces
     has_beta_vane = has_lateral_path and "beta" in true
@@ -184,7 +186,7 @@ def reconstruct(
     if has_lateral_path and not has_beta_vane:
         beta_vane = lateral.path((u, w), v, speed)
         aside = recording.sine_and_cosine("beta", beta_vane)
-        plane, u, w, v = _velocities(speed, (np.sin(alpha), np.cos(alpha)), aside)
+        plane, u, w, v = _velocities(speed, sine_and_cosine(alpha), aside)
     if along_path:
         flow = (alpha, beta_vane, speed, aside[1])
         found, alpha_dot = _path_in_plane(lateral, forces, (pitch, bank), flow, (plane, u, w, v), drift)
@@ -192,7 +194,7 @@ def reconstruct(
         alpha, speed = blended(np.stack([alpha, speed]), np.stack([*found.values()]), settings.blend / interval)
     elif "u" in integrated:
         alpha_dot = derivative(alpha, interval)
-    turn = np.sin(alpha), np.cos(alpha)
+    turn = sine_and_cosine(alpha)
     if has_lateral_path:
         _, u, w, v = _velocities(speed, turn, aside)
         beta_path = lateral.path((u, w), v, speed)
@@ -208,7 +210,7 @@ def reconstruct(
     if "h" in true and "theta" in true:
         if along_path:
             # Angle of attack and speed of the path: gusts move the vane and the pitot tube, and not the aircraft.
-            _, u, w, _ = _velocities(path["V"], (np.sin(path["alpha"]), np.cos(path["alpha"])), aside)
+            _, u, w, _ = _velocities(path["V"], sine_and_cosine(path["alpha"]), aside)
         path["h"] = aligned(running_integral(_climb((u, v, w), bank, pitch), interval), h)
     if "theta" not in true:
         path.pop("V", None)

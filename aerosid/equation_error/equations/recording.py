@@ -19,6 +19,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.flight_model.axes import input_columns_of
 from aerosid.flight_model.flight import Flight
+from aerosid.signals.sine_and_cosine import sine_and_cosine
 
 Array = NDArray[np.float64]
 
@@ -102,7 +103,7 @@ class Recording:
 
     def sine_and_cosine(self, name: str, angle: Array) -> tuple[Array, Array]:
         """Sine and cosine, (N,) each, of an angle, rad."""
-        sine, cosine = self._derived_from("turned", name, angle, lambda values: (np.sin(values), np.cos(values)))
+        sine, cosine = self._derived_from("turned", name, angle, sine_and_cosine)
         return sine, cosine
 
     def derivative_of(self, name: str, rate: Array) -> Array:
