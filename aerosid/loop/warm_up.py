@@ -35,6 +35,7 @@ from aerosid.estimation.open_loop import respond
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import LATERAL
 from aerosid.flight_model.linear_model import linearise
+from aerosid.flight_model.motion_laws import offsets_of_unit_size, rate_up_to_now
 from aerosid.flight_model.restarted_simulation import predict_ahead
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
@@ -104,6 +105,9 @@ def _motion_feedback(sample: _Sample) -> None:
     refine(model, [manoeuvre], sample.free, effects=effects, settings=_ONCE)
     states = np.tile(manoeuvre.first_state, (manoeuvre.flight.time.size, 1))
     added_along(active, model, manoeuvre.flight, model.values, states, manoeuvre.ground)
+    time, numbers = manoeuvre.flight.time, effect.law_numbers(active.values)
+    course = np.zeros(time.size), rate_up_to_now(time, np.zeros(time.size)), np.zeros(time.size)
+    offsets_of_unit_size(effect.law, numbers, len(effect.columns), time, course)
 
 
 def _instruments(sample: _Sample) -> None:
