@@ -20,11 +20,12 @@ from aerosid.loop.contradicted_recording import contradicted_loop
 from aerosid.loop.declared_patterns import notes_on_patterns
 from aerosid.loop.derivative_table import DerivativeRow, derivative_rows, notes_on_insignificant_derivatives
 from aerosid.loop.effect_rows import alternative_rows, effect_rows, with_correlations
+from aerosid.loop.estimate_by_validation import CompletedEstimate, completed_estimate, note_on_regression
 from aerosid.loop.flying_qualities.carried_deviations import TermCovariance
 from aerosid.loop.flying_qualities.linear_analysis import LinearRow, analyse_models, requirement_for
 from aerosid.loop.flying_qualities.mil_f_8785c import Requirement
 from aerosid.loop.identification import Identification, identify
-from aerosid.loop.insignificant_derivatives import Completion, fix_insignificant, note_on_failed_re_estimation
+from aerosid.loop.insignificant_derivatives import Completion, note_on_failed_re_estimation
 from aerosid.loop.model_error_pictures import ModelErrorPictures, model_error_pictures, prefilter_note
 from aerosid.loop.model_validation.goodness import correlation_matrix, fit_rows, innovation_rows, scatter
 from aerosid.loop.model_validation.leave_one_out import prediction_gains
@@ -40,6 +41,7 @@ from aerosid.loop.roles import ROLES, Role, named_apart, require_logs, require_s
 from aerosid.loop.settings import USUAL, LoopSettings, Progress
 from aerosid.loop.unmeasured_sideslip import note_on_missing_chain
 from aerosid.loop.verdict import (
+    Judgement,
     Verdict,
     judge,
     notes_on_coloured_noise,
@@ -117,11 +119,13 @@ def close_loop(
             contradicted = contradicted_loop(identified, identified.aircraft, settings, signed, hold_out)
             judged(contradicted)
             return contradicted
-        verdict, leaves = judge(identified.found, identified.manoeuvres, identified.validation)
+        verdict, leaves = _judgement(identified.found, identified)
         progress("re-estimating with insignificant derivatives fixed")
         excited = verdict is not Verdict.NOT_EXCITED
-        completion = fix_insignificant(identified.found, identified.aircraft, identified.search, excited=excited)
-        known = _Judged(identified, identified.found, identified.search, verdict, completion, leaves)
+        estimate = completed_estimate(identified.found, identified.aircraft, identified.search, excited=excited)
+        if estimate.found is not identified.found:
+            verdict, leaves = _judgement(estimate.found, identified)
+        known = _Judged(identified, estimate, identified.search, verdict, leaves)
         result = _judged(known, settings, progress, signed)
         consequences = begun(lambda: _consequences(result, known, requirement, settings))
         judged(result)
@@ -134,16 +138,30 @@ def close_loop(
         return _completed(result, known, pictures, consequences(), settings)
 
 
+def _judgement(found: Attribution, identified: Identification) -> Judgement:
+    """Of one of the estimates of an identification."""
+    return judge(found, identified.manoeuvres, identified.validation)
+
+
 @dataclass(frozen=True)
 class _Judged:
-    """An identification with its verdict and the completed model; `found` has every declared derivative free."""
+    """An identification with its verdict, and the estimate that it is of."""
 
     identified: Identification
-    found: Attribution
+    estimate: CompletedEstimate
     search: StructureSearch
     verdict: Verdict
-    completion: Completion
     leaves_residual: bool
+
+    @property
+    def found(self) -> Attribution:
+        """The estimate with every declared derivative free."""
+        return self.estimate.found
+
+    @property
+    def completion(self) -> Completion:
+        """Its completed model."""
+        return self.estimate.completion
 
     @property
     def flights(self) -> dict[Role, tuple[Manoeuvre, ...]]:
@@ -205,7 +223,9 @@ def _judged(known: _Judged, settings: LoopSettings, progress: Progress, provenan
         kinematics=identified.agreement,
         hold_out=tuple(manoeuvre.log for manoeuvre in known.identified.hold_out),
         decided_by_validation=(
-            validation_decisions(completed, known.completion.by_validation) if identified.validation else ()
+            validation_decisions(completed, known.completion.by_validation, estimator=bool(known.estimate.lost))
+            if identified.validation
+            else ()
         ),
         other_derivatives=others,
         provenance=provenance,
@@ -320,6 +340,7 @@ def _notes(
         *_read(identified.manoeuvres, (*others, *identified.hold_out)),
         *(note_on_missing_chain(identified.manoeuvres) if pictures is None and settings.paper_chain else ()),
         *identified.notes,
+        *note_on_regression(judged.estimate),
         *((opinion.sentence,) if opinion is not None else ()),
         *notes_on_refuted(found.refuted, by_blocks=not others),
         *notes_on_other_derivatives(found.other_derivatives),

@@ -17,7 +17,7 @@ import numpy as np
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility.remedies import SPEEDS
 from aerosid.effects.sensor_position import farthest_place
-from aerosid.loop.derivative_table import DerivativeRow
+from aerosid.loop.derivative_table import DerivativeRow, derivative_name
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
 from aerosid.notation import listed, number, with_deviation
 from aerosid.search.declared_inertia import InertiaChange, inertia_change, sentence_on_inertia
@@ -138,7 +138,7 @@ def notes_on_patterns(
         *turned.values(),
         *coupled,
         *single,
-        *_worse(errors),
+        *_worse(errors, rows),
     )
 
 
@@ -309,9 +309,17 @@ def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraf
     )
 
 
-def _worse(errors: Sequence[ErrorRow]) -> list[str]:
+def _worse(errors: Sequence[ErrorRow], derivatives: Sequence[DerivativeRow]) -> list[str]:
     """Fitted logs that the completed model fits worse than the declared structure re-estimated."""
     sentences = []
+    kept = [row for row in derivatives if row.by_validation and row.estimate is not None]
+    names = listed([derivative_name(row.coefficient, row.term) for row in kept])
+    advice = (
+        f": the validation flights are predicted better with {names} as declared, and these data are fitted better "
+        "with other values; fly what shows them"
+        if kept
+        else ": do not adopt it"
+    )
     for log in dict.fromkeys(row.log for row in errors if row.role == "identification"):
         rows = [row for row in errors if row.log == log and row.before and row.after is not None]
         if not rows:
@@ -322,6 +330,6 @@ def _worse(errors: Sequence[ErrorRow]) -> list[str]:
             sentences.append(
                 f"The completed model fits its own identification data on {log} worse than the declared structure "
                 f"re-estimated, by a factor of {number(ratio)} over all channels and "
-                f"{number((most.after or 0.0) / (most.before or 1.0))} in {most.channel}: do not adopt it."
+                f"{number((most.after or 0.0) / (most.before or 1.0))} in {most.channel}{advice}."
             )
     return sentences

@@ -153,7 +153,7 @@ def grounds_of_contradiction(rows: Sequence[DerivativeRow]) -> str:
         All tested, all with which an identified effect would be insignificant, or all that validation flights decided.
     """
     if rows[0].by_validation:
-        return f": with {'them' if len(rows) > 1 else 'it'} they are predicted worse"
+        return f": with those of {_all_of(rows)} they are predicted worse"
     away = [number(row.declared_away, 2) for row in rows if row.declared_away is not None]
     them, are = ("them", "estimates are") if len(rows) > 1 else ("it", "estimate is")
     if not away:
@@ -166,7 +166,14 @@ def grounds_of_contradiction(rows: Sequence[DerivativeRow]) -> str:
 
 def grounds_of_keeping(rows: Sequence[DerivativeRow]) -> str:
     """Why declared values are kept where the validation flights decided it; empty otherwise."""
-    return ", with which the validation flights are predicted better" if rows[0].by_validation else ""
+    if not rows[0].by_validation:
+        return ""
+    return f": with those of {_all_of(rows)} the validation flights are predicted better"
+
+
+def _all_of(rows: Sequence[DerivativeRow]) -> str:
+    """What validation flights decide of: all insignificant derivatives of a coefficient at once."""
+    return f"all insignificant derivatives of {listed(list(dict.fromkeys(row.coefficient for row in rows)))}"
 
 
 def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[str]:

@@ -20,7 +20,6 @@ from aerosid.loop.equation_error_notes import (
     note_on_near_significant,
     note_on_regressor_errors,
     note_on_supported_error,
-    note_on_worse_output_error,
     notes_on_bridged_holes,
 )
 from aerosid.loop.identification_problem import IdentificationProblem
@@ -73,29 +72,23 @@ def identified_by_equations(
         settings.attribution,
         problem.declared,
     )
-    notes = _notes(decision, problem)
     hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
-    if decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence:
-        found, refuted = _by_output_error(found, decision, search, noise_hidden=hidden)
-        notes += refuted
-    found = with_turbulence_innovations(found, search)
-    found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
-    found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
+    calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
+    dependence = _dependence(decision) if hidden and not calm else None
+
+    def finished(found: Attribution) -> Attribution:
+        found = with_turbulence_innovations(found, search)
+        found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
+        found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
+        return replace(found, noise_hidden=True, dependence=dependence) if hidden else found
+
+    result = finished(output_error_in_calm_air(found, decision, search, noise_hidden=hidden) if calm else found)
+    if calm and hidden and problem.others:
+        result = replace(result, by_regression=finished(found))
+    notes = _notes(decision, problem)
     if hidden:
-        found = replace(found, noise_hidden=True, dependence=_dependence(decision) if found.regressed else None)
-        notes = (*notes, note_on_hidden_noise(found))
-    return EquationErrorResult(found, search, notes, decision)
-
-
-def _by_output_error(
-    found: Attribution, decision: EquationErrorDecision, search: StructureSearch, *, noise_hidden: bool
-) -> tuple[Attribution, tuple[str, ...]]:
-    """The output-error estimate; behind a recorder the regression, with a note, where that predicts flights better."""
-    estimated = output_error_in_calm_air(found, decision, search, noise_hidden=noise_hidden)
-    if not noise_hidden or found.predictions is None:
-        return estimated, ()
-    worse = found.predictions.worse(estimated.completed, found.completed)
-    return (found, (note_on_worse_output_error(worse),)) if worse else (estimated, ())
+        notes = (*notes, note_on_hidden_noise(result))
+    return EquationErrorResult(result, search, notes, decision)
 
 
 def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> tuple[str, ...]:

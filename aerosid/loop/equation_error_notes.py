@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -184,15 +184,6 @@ def note_on_hidden_noise(found: Attribution) -> str:
     return (
         f"{hidden} in turbulence its noise is part of the innovations that are tested, and a significant residual is "
         "no evidence of a missing effect by itself."
-    )
-
-
-def note_on_worse_output_error(worse: Mapping[tuple[str, str], float]) -> str:
-    """Note on an output-error estimate that validation flights refute: by how much R^2 which coefficient falls."""
-    fallen = listed([f"{coefficient} of {log} by {number(fall, 2)}" for (log, coefficient), fall in worse.items()])
-    return (
-        "The air is calm, but the values are those of the equations: an output-error estimate of the same structure "
-        f"lowers R² of {fallen}. What the model lacks, which a simulation integrates, biases it."
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtrc, ndtr
@@ -84,68 +84,88 @@ def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureS
     coefficient at their declared values, or with none, beyond their noise, it is so.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
-    free, fixed = found, dict[Entry, float]()
-    contradicted: dict[Entry, float | None] = {**_contradicted_by_effects(found, declared, search, excited=excited)}
-    while hidden := [e for e in _not_shown(found, declared, excited=excited) if e not in contradicted]:
-        estimated = {entry: found.completed.model.value(entry) for entry in hidden}
-        try:
-            restricted = restricted_estimate(found, {entry: declared[entry] for entry in hidden}, search)
-        except EstimationError:
-            return Completion(found, fixed | estimated, broke_down=True, contradicted=contradicted)
-        lost = _no_longer_significant(found, restricted, search)
-        if lost:
-            contradicted |= dict.fromkeys([entry for entry in hidden if entry[0] in lost] or hidden)
-            continue
-        fixed, found = fixed | estimated, restricted
-    completion = Completion(found, fixed, contradicted=contradicted)
-    return _as_predicted_best(completion, free, declared, search)
+    problem = _Problem(found, declared, search, excited)
+    completion = problem.completion()
+    if not excited or found.predictions is None or completion.broke_down:
+        return completion
+    return _as_predicted_best(completion, problem)
 
 
-def _as_predicted_best(
-    completion: Completion, free: Attribution, declared: Mapping[Entry, float], search: StructureSearch
-) -> Completion:
+@dataclass(frozen=True)
+class _Problem:
+    """The estimate with all derivatives free, and the declared values."""
+
+    free: Attribution
+    declared: Mapping[Entry, float]
+    search: StructureSearch
+    excited: bool
+
+    def completion(self, held: Collection[Entry] = (), released: Collection[Entry] = ()) -> Completion:
+        """The completion with some derivatives fixed, and others not, whatever the records show of them."""
+        found, fixed = self.free, dict[Entry, float]()
+        contradicted: dict[Entry, float | None] = {**self._contradicted((*held, *released))}
+        while hidden := self._hidden(found, held, {*released, *contradicted}):
+            estimated = {entry: found.completed.model.value(entry) for entry in hidden}
+            try:
+                restricted = restricted_estimate(found, {entry: self.declared[entry] for entry in hidden}, self.search)
+            except EstimationError:
+                return Completion(found, fixed | estimated, broke_down=True, contradicted=contradicted)
+            lost = _no_longer_significant(found, restricted, self.search)
+            if lost:
+                chosen = [entry for entry in hidden if entry[0] in lost] or hidden
+                contradicted |= dict.fromkeys(chosen)
+                held = [entry for entry in held if entry not in chosen]
+                continue
+            fixed, found = fixed | estimated, restricted
+        return Completion(found, fixed, contradicted=contradicted)
+
+    def _hidden(self, found: Attribution, held: Collection[Entry], not_fixed: Collection[Entry]) -> list[Entry]:
+        """Derivatives still to be fixed."""
+        hidden = [*held, *_not_shown(found, self.declared, excited=self.excited)]
+        return [e for e in dict.fromkeys(hidden) if e in found.completed.free and e not in not_fixed]
+
+    def _contradicted(self, decided: Collection[Entry]) -> dict[Entry, float]:
+        if not self.excited:
+            return {}
+        by_effects = _contradicted_by_effects(self.free, self.declared, self.search)
+        return {entry: away for entry, away in by_effects.items() if entry not in decided}
+
+    def is_hidden(self, found: Attribution, entry: Entry) -> bool:
+        """Whether a derivative is insignificant in an estimate that has it free."""
+        return entry in _not_shown(found, self.declared, excited=self.excited)
+
+
+def _as_predicted_best(completion: Completion, problem: _Problem) -> Completion:
     """The completion with all or none of each coefficient's insignificant derivatives fixed where that predicts better.
 
-    On some validation flight, beyond its noise, and on none worse in any coefficient.
+    On some validation flight, beyond its noise, and on none worse in any coefficient. Constants, which are free on each
+    flight, take no part.
     """
-    if free.predictions is None:
-        return completion
-    for coefficient in dict.fromkeys(coefficient for coefficient, _ in completion.not_shown):
-        own = [entry for entry in completion.not_shown if entry[0] == coefficient]
-        others = [entry for entry in completion.fixed if entry[0] != coefficient]
-        tried = [
-            _with_fixed((*others, *chosen), free, declared, search)
-            for chosen in (own, ())
-            if set(chosen) != {entry for entry in completion.fixed if entry[0] == coefficient}
-        ]
-        for found in (found for found in tried if found is not None):
-            gained = free.predictions.worse(completion.found.completed, found.completed)
-            lost = free.predictions.worse(found.completed, completion.found.completed)
-            if lost or not any(place[1] == coefficient for place in gained):
+    predictions = problem.free.predictions
+    assert predictions is not None
+    held: list[Entry] = []
+    released: list[Entry] = []
+    hidden = [entry for entry in completion.not_shown if entry[1].factors]
+    for coefficient in dict.fromkeys(coefficient for coefficient, _ in hidden):
+        own = [entry for entry in hidden if entry[0] == coefficient]
+        for more, fewer in ((own, []), ([], own)):
+            if {entry for entry in own if entry in completion.fixed} == set(more):
                 continue
-            fixed = {entry: free.completed.model.value(entry) for entry in free.completed.free}
-            fixed = {entry: value for entry, value in fixed.items() if entry not in found.completed.free}
-            contradicted = {e: away for e, away in completion.contradicted.items() if e[0] != coefficient}
-            decided = tuple(dict.fromkeys((*completion.by_validation, *own)))
-            completion = Completion(found, fixed, contradicted=contradicted, by_validation=decided)
-    return completion
-
-
-def _with_fixed(
-    entries: Sequence[Entry], free: Attribution, declared: Mapping[Entry, float], search: StructureSearch
-) -> Attribution | None:
-    """The attribution with some entries at their declared values; None where an identified term would not be shown."""
-    if not entries:
-        return free
-    try:
-        found = restricted_estimate(free, {entry: declared[entry] for entry in entries}, search)
-    except EstimationError:
-        return None
-    return None if _no_longer_significant(free, found, search) else found
+            tried = problem.completion((*held, *more), (*released, *fewer))
+            if tried.broke_down or any(entry not in tried.fixed for entry in more):
+                continue
+            gained = predictions.worse(completion.found.completed, tried.found.completed)
+            lost = predictions.worse(tried.found.completed, completion.found.completed)
+            if not lost and any(place[1] == coefficient for place in gained):
+                held = [entry for entry in (*held, *more) if entry not in fewer]
+                released = [entry for entry in (*released, *fewer) if entry not in more]
+                completion = tried
+    free = [entry for entry in released if problem.is_hidden(completion.found, entry)]
+    return replace(completion, by_validation=(*held, *free))
 
 
 def _contradicted_by_effects(
-    found: Attribution, declared: Mapping[Entry, float], search: StructureSearch, *, excited: bool
+    found: Attribution, declared: Mapping[Entry, float], search: StructureSearch
 ) -> dict[Entry, float]:
     """Insignificant derivatives whose declared values the records contradict in the presence of identified effects.
 
@@ -157,7 +177,7 @@ def _contradicted_by_effects(
     beside = found.completed_deviations.beside_effects
     if beside is None:
         return {}
-    hidden = _not_shown(found, declared, excited=excited)
+    hidden = _not_shown(found, declared, excited=True)
     model, free = found.completed.model, found.completed.free
     odds = 2.0 * ndtr(-search.settings.final_deviations)
     contradicted: dict[Entry, float] = {}
@@ -177,13 +197,21 @@ def _contradicted_by_effects(
 
 
 def _no_longer_significant(found: Attribution, restricted: Attribution, search: StructureSearch) -> set[str]:
-    """Coefficients of identified terms that are significant in the first estimate and not in the restricted one."""
+    """Coefficients of identified terms that were significant and are not, or gone, in a restricted estimate.
+
+    An empty name for any other identified effect.
+    """
     before, after = (
-        {part.entry: wald_ratio(part) for part in search.parts(each.completed, each.completed_deviations)}
+        {
+            (*part.label, part.log, part.ordinal): (part.entry, wald_ratio(part))
+            for part in search.parts(each.completed, each.completed_deviations)
+            if not part.is_disturbance
+        }
         for each in (found, restricted)
     )
     threshold = search.settings.final_deviations
-    return {entry[0] for entry, ratio in after.items() if entry and ratio < threshold <= before.get(entry, 0.0)}
+    lost = [entry for key, (entry, ratio) in before.items() if ratio >= threshold > after.get(key, (None, 0.0))[1]]
+    return {entry[0] if entry else "" for entry in lost}
 
 
 def _not_shown(found: Attribution, declared: Mapping[Entry, float], *, excited: bool) -> tuple[Entry, ...]:

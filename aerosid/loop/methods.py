@@ -71,13 +71,18 @@ def run_method(problem: IdentificationProblem, settings: LoopSettings, progress:
 def _compared_on_validation(result: MethodResult, problem: IdentificationProblem) -> MethodResult:
     """The result with what differs on a validation flight, by the estimator that the values are from."""
     found, decision = result.found, result.decision
-    if decision is not None and found.regressed:
-        others = other_derivatives_by_equations(decision)
-    else:
-        others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
     # Of both structures with all derivatives free: an output-error estimate in calm air takes that structure over.
     lowered = lowered_coefficients(decision) if decision is not None and found.predictions and found.findings else ()
-    return replace(result, found=replace(found, other_derivatives=others, lowered=lowered))
+
+    def compared(found: Attribution) -> Attribution:
+        if decision is not None and found.regressed:
+            others = other_derivatives_by_equations(decision)
+        else:
+            others = other_derivatives_by_likelihood(found.completed, found.completed_deviations, problem.others)
+        return replace(found, other_derivatives=others, lowered=lowered)
+
+    regression = None if found.by_regression is None else compared(found.by_regression)
+    return replace(result, found=replace(compared(found), by_regression=regression))
 
 
 def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> MethodResult:

@@ -137,6 +137,9 @@ def summarise(
     worse = [f"{row.coefficient} of {row.log}" for row in lowered if row.significant and row.is_written_lower]
     if effects and worse:
         sentence += f" The completed model predicts {_first_of(worse)} worse than the declared structure."
+    freely = [f"{row.coefficient} of {row.log}" for row in lowered if row.significant and not row.is_written_lower]
+    if effects and freely:
+        sentence += f" With all derivatives free the effects predict {_first_of(freely)} worse than without them."
     return f"{sentence} {error_reduction_sentence(errors)}".strip()
 
 
@@ -190,7 +193,7 @@ def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
     notes = []
     for row in lowered:
         fallen = f"R² with all derivatives free {number(row.before)} before and {number(row.after)} after"
-        if row.written is not None and number(row.written, 3) != number(row.after, 3):
+        if row.written is not None and abs(row.written - row.after) > LOWERED.fall:
             fallen += f" ({number(row.written)} as the completed model is written)"
         if not row.significant:
             notes.append(
@@ -199,8 +202,9 @@ def notes_on_lowered(lowered: Sequence[LoweredCoefficient]) -> list[str]:
                 "of the derivatives. It does not count against the completed model."
             )
             continue
+        model = "completed model" if row.is_written_lower else "identified effects with all derivatives free"
         told = (
-            f"{row.coefficient} of {row.log} is predicted worse by the completed model than by the declared structure "
+            f"{row.coefficient} of {row.log} is predicted worse by the {model} than by the declared structure "
             f"re-estimated: {fallen}, standard error of the fall {number(row.std_error, 2)}."
         )
         if row.effect is not None:
@@ -258,16 +262,20 @@ def _place(kind: str, where: str) -> str:
     return f" {'along' if along else 'of'} {where}" if where else ""
 
 
-def validation_decisions(found: Attribution, insignificant: Sequence[Entry] = ()) -> tuple[str, ...]:
-    """Effects confirmed and refuted by validation, a few words each; empty where there is none.
+def validation_decisions(
+    found: Attribution, insignificant: Sequence[Entry] = (), *, estimator: bool = False
+) -> tuple[str, ...]:
+    """What validation flights confirmed, refuted and chose, a few words each; empty where there is nothing.
 
-    `insignificant`: derivatives of which the validation flights decided whether they keep their declared values.
+    `insignificant`: derivatives of which they decided whether they keep their declared values; `estimator`: whether
+    they chose the regression.
     """
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
     refuted = [label for label, grounds in found.refuted.items() if grounds is Refutation.PREDICTION]
     names = [derivative_name(coefficient, str(term)) for coefficient, term in insignificant]
     chosen = [f"declared or estimated {listed(names)}"] if names else []
-    return (*confirmed, *(f"refuted {named(label)}" for label in refuted), *chosen)
+    by = ["regression in place of output error"] if estimator else []
+    return (*confirmed, *(f"refuted {named(label)}" for label in refuted), *by, *chosen)
 
 
 def notes_on_coloured_noise(coloured: Sequence[tuple[str, str, float]]) -> list[str]:

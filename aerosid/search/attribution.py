@@ -63,6 +63,11 @@ class Attribution:
     re_estimator : callable or None
         Of a regression, and where the estimate holds measured values fixed: the same estimator for a structure with
         fewer parts.
+    deviations_of : callable or None
+        Standard deviations of what the `re_estimator` gives, where they contain more than its simulation's.
+    by_regression : Attribution or None
+        Where the values are of output error behind a recorder: the same structure with the regression's values, which
+        validation flights may prefer.
     in_turbulence : Refinement or None
         Of a regression that reports turbulence: the filter-error estimate of the completed structure, whose innovations
         are tested in place of the residuals of an open-loop simulation.
@@ -100,6 +105,8 @@ class Attribution:
     dependence: tuple[ControlDependence, ...] | None = None
     in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
+    deviations_of: Callable[[Refinement], Deviations] | None = None
+    by_regression: Attribution | None = None
 
     @property
     def tested(self) -> Refinement:

@@ -63,11 +63,10 @@ def output_error_in_calm_air(
     }
     by_name = {active.name: active for active in measured_by_kinematics}
     effects = tuple(by_name.get(active.name, active) for active in decision.completed.point.effects)
-    start, completed, uncertainty = found.completed, found.completed, found.completed_deviations
+    regression = found if noise_hidden else None
+    start, failed = found.completed, dict[tuple[object, ...], Part]()
     while True:
-        completed, uncertainty = _estimated(start, effects, measured, search.manoeuvres)
-        if noise_hidden:
-            uncertainty = _with_model_error(uncertainty, completed, found)
+        completed, uncertainty = _estimated(start, effects, measured, search.manoeuvres, regression)
         parts = search.parts(completed, uncertainty)
         weak = [part for part in parts if wald_ratio(part) < search.settings.final_deviations]
         if not weak:
@@ -77,21 +76,27 @@ def output_error_in_calm_air(
         if zero is not None and zero not in measured:
             measured |= {zero: measured_by_kinematics[zero]}
             continue
+        failed[_key(eliminated)] = eliminated
         effects = without_eliminated(effects, completed.effects, eliminated)
         start = search.reduced_structure(replace(completed, effects=effects), [eliminated])
     before, _ = _with_measured_values_held(plain, declared_fit(), found.before.effects, {}, search.manoeuvres)
-    by_key = {(*part.label, part.log, part.ordinal): part for part in parts}
-    retained = {row: by_key.get((row.kind, row.where, row.term, row.log, row.ordinal)) for row in found.findings}
+    by_key = {_key(part): part for part in parts}
+    rows = {(row.kind, row.where, row.term, row.log, row.ordinal): row for row in found.findings}
     return replace(
         found,
         before=before,
         completed=completed,
         completed_deviations=uncertainty,
-        findings=tuple(_with_numbers(row, part, decision) for row, part in retained.items() if part is not None),
-        eliminated=tuple(row for row, part in retained.items() if part is None),
+        findings=tuple(_with_numbers(row, by_key[key], decision) for key, row in rows.items() if key in by_key),
+        eliminated=tuple(_with_numbers(row, failed[key], decision) for key, row in rows.items() if key in failed),
         regressed=False,
         re_estimator=partial(_re_estimated, measured=measured, manoeuvres=search.manoeuvres),
+        deviations_of=partial(_deviations, measured=measured, manoeuvres=search.manoeuvres, regression=regression),
     )
+
+
+def _key(part: Part) -> tuple[object, ...]:
+    return (*part.label, part.log, part.ordinal)
 
 
 def _with_model_error(uncertainty: Deviations, estimated: Refinement, found: Attribution) -> Deviations:
@@ -111,10 +116,12 @@ def _with_model_error(uncertainty: Deviations, estimated: Refinement, found: Att
     place = 0
     for active in estimated.effects:
         row = rows.get((*active.name, active.log, active.ordinal))
-        errors = [] if row is None else [error for _, _, error, _ in row.parameters] or [row.std_error]
         own = effects[place : place + active.slopes]
-        if len(errors) == own.size:
-            own[:] = np.fmax(own, errors)
+        if row is not None and own.size:
+            own[0] = np.fmax(own[0], row.std_error)
+            errors = [error for _, _, error, _ in row.parameters]
+            if len(errors) == own.size:  # not of a step, whose instant the regression takes as given
+                own[:] = np.fmax(own, errors)
         place += active.slopes
     return replace(uncertainty.no_smaller_than(np.hypot(uncertainty.corrected, forces)), effects=effects)
 
@@ -131,8 +138,19 @@ def without_eliminated(
 
 def _re_estimated(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
     """The estimate of a reduced structure, the constants of its records free again."""
-    effects = [active for active in start.effects if active.effect.kind in KINDS]
-    return _estimated(start, effects, measured, manoeuvres)[0]
+    return _estimated(start, _of_aircraft(start), measured, manoeuvres)[0]
+
+
+def _deviations(
+    found: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre], regression: Attribution | None
+) -> Deviations:
+    """Standard deviations of such an estimate, estimated again with the constants of its records free."""
+    return _estimated(found, _of_aircraft(found), measured, manoeuvres, regression)[1]
+
+
+def _of_aircraft(found: Refinement) -> list[ActiveEffect]:
+    """The effects without the constants of single records."""
+    return [active for active in found.effects if active.effect.kind in KINDS]
 
 
 def _measured(decision: EquationErrorDecision) -> Measured:
@@ -147,15 +165,21 @@ def _measured(decision: EquationErrorDecision) -> Measured:
 
 
 def _estimated(
-    start: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
+    start: Refinement,
+    effects: Sequence[ActiveEffect],
+    measured: Measured,
+    manoeuvres: Sequence[Manoeuvre],
+    regression: Attribution | None = None,
 ) -> tuple[Refinement, Deviations]:
     """Maximum-likelihood estimate with measured values held and constants of each record free.
 
     In the result neither the constants of single records nor the measured values are free; its standard deviations
-    contain those of the measured values.
+    contain those of the measured values, and, with a `regression`, what that shows of unmodelled forces.
     """
     extended = _with_record_constants(start, effects, measured, manoeuvres)
-    return _with_measured_values_held(extended, _transferable_fit(extended, manoeuvres), effects, measured, manoeuvres)
+    fit = _transferable_fit(extended, manoeuvres)
+    found, uncertainty = _with_measured_values_held(extended, fit, effects, measured, manoeuvres)
+    return found, uncertainty if regression is None else _with_model_error(uncertainty, found, regression)
 
 
 def _with_record_constants(

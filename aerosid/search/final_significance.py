@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def _re_estimated_without(found: Attribution, part: Part, search: StructureSearc
     reduced = search.reduced_structure(found.completed, [part])
     is_declared = (reduced.free, reduced.effects) == (found.before.free, found.before.effects)
     completed = found.before if is_declared else found.re_estimated(reduced, search.manoeuvres)
-    uncertainty = deviations(completed, search.manoeuvres)
+    uncertainty = (found.deviations_of or partial(deviations, manoeuvres=search.manoeuvres))(completed)
     with_forces = found.filter_error
     if with_forces is not None:
         with_forces = filter_error(completed, with_forces.forces, with_forces.variance, search.manoeuvres)

@@ -9,9 +9,11 @@ import pytest
 from aerosid.effects import ActiveEffect
 from aerosid.effects.step_change import step_change
 from aerosid.loop.closed_loop import close_loop
+from aerosid.loop.identification import identify
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
-from aerosid.search.calm_air import without_eliminated
+from aerosid.search.calm_air import output_error_in_calm_air, without_eliminated
+from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.findings import Part
 
 EQUATIONS = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
@@ -85,3 +87,30 @@ def test_two_step_changes_of_one_coefficient_keep_their_own_values_and_instants(
         assert abs(effect.value - size) < 4.0 * effect.std_error
         assert effect.time == pytest.approx(instant, abs=0.05)
         assert effect.evidence.validation_gain is not None
+
+
+@pytest.mark.slow
+def test_behind_a_recorder_the_variances_contain_the_regression_s_and_the_values_are_the_same() -> None:
+    logs = [commuter.Lateral(seed=seed).log(mirrored=seed > 41, name=str(seed)) for seed in (41, 42)]
+    aircraft = commuter.aircraft(commuter.SIDE, 0.93)
+    identified = identify(logs[:1], aircraft, logs[1:], EQUATIONS)
+    search = identified.search
+    assert search is not None
+    assert identified.found is not None
+    assert identified.found.predictions is not None
+    decision = identified.found.predictions.decision
+    found = attribute_by_equations(decision, identified.manoeuvres)
+    plain, hidden = (output_error_in_calm_air(found, decision, search, noise_hidden=each) for each in (False, True))
+    assert plain.completed.free == hidden.completed.free == found.completed.free
+    assert np.array_equal(plain.completed.model.values, hidden.completed.model.values)
+    assert found.completed_deviations.beside_effects is not None
+    forces = np.diag(found.completed_deviations.beside_effects)
+    expected = np.sqrt(plain.completed_deviations.corrected**2 + forces)
+    assert hidden.completed_deviations.corrected == pytest.approx(expected, rel=1e-9)
+    # Correlations are the simulation's.
+    ratios = hidden.completed_deviations.corrected / plain.completed_deviations.corrected
+    widened = plain.completed_deviations.covariance * np.outer(ratios, ratios)
+    assert hidden.completed_deviations.covariance == pytest.approx(widened, rel=1e-9)
+    assert hidden.deviations_of is not None
+    again = hidden.deviations_of(hidden.completed)
+    assert again.corrected == pytest.approx(hidden.completed_deviations.corrected, rel=0.02)
