@@ -10,11 +10,12 @@ from scipy.special import chdtrc, ndtr
 
 from aerosid.aircraft import Aircraft
 from aerosid.errors import EstimationError
+from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.derivative_table import is_shown
 from aerosid.search.attribution import Attribution
 from aerosid.search.final_significance import wald_ratio
-from aerosid.search.restricted_estimate import restricted_estimate
+from aerosid.search.restricted_estimate import restricted_estimate, restricted_to_first_order
 from aerosid.search.structure_search import StructureSearch
 
 BREAKDOWN = (
@@ -130,6 +131,11 @@ class _Problem:
         by_effects = _contradicted_by_effects(self.free, self.declared, self.search)
         return {entry: away for entry, away in by_effects.items() if entry not in decided}
 
+    def to_first_order(self, fixed: Collection[Entry]) -> Refinement:
+        """The estimate with some derivatives at their declared values, the others by their correlations."""
+        values = {entry: self.declared[entry] for entry in fixed}
+        return replace(self.free.completed, model=restricted_to_first_order(self.free, values))
+
     def is_hidden(self, found: Attribution, entry: Entry) -> bool:
         """Whether a derivative is insignificant in an estimate that has it free."""
         return entry in _not_shown(found, self.declared, excited=self.excited)
@@ -150,6 +156,9 @@ def _as_predicted_best(completion: Completion, problem: _Problem) -> Completion:
         own = [entry for entry in hidden if entry[0] == coefficient]
         for more, fewer in ((own, []), ([], own)):
             if {entry for entry in own if entry in completion.fixed} == set(more):
+                continue
+            expected = problem.to_first_order([e for e in (*completion.fixed, *more) if e not in fewer])
+            if not any(place[1] == coefficient for place in predictions.worse(completion.found.completed, expected)):
                 continue
             tried = problem.completion((*held, *more), (*released, *fewer))
             if tried.broke_down or any(entry not in tried.fixed for entry in more):

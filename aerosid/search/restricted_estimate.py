@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from aerosid.flight_model.aerodynamics import Entry
+import numpy as np
+
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.search.attribution import Attribution
 from aerosid.search.equation_error_attribution import with_initial_states
 from aerosid.search.final_significance import eliminate_by_wald_test
@@ -58,20 +60,33 @@ def _restricted_likelihood(found: Attribution, values: Mapping[Entry, float], se
 
 def _restricted_regression(found: Attribution, values: Mapping[Entry, float], search: StructureSearch) -> Attribution:
     """The restricted regression of the others, simulated with its own initial states; effects keep their values."""
-    completed, uncertainty = found.completed, found.completed_deviations
-    covariance = uncertainty.covariance if uncertainty.beside_effects is None else uncertainty.beside_effects
-    fixed = [n for n, entry in enumerate(completed.free) if entry in values]
+    completed = found.completed
     rest = [n for n, entry in enumerate(completed.free) if entry not in values]
-    places = completed.model.indices(completed.free)
-    numbers = completed.model.values.copy()
-    numbers[places] = restricted_least_squares(
-        completed.model.values[places], covariance, fixed, [values[completed.free[n]] for n in fixed]
-    )
-    model = completed.model.with_values(numbers)
+    model = restricted_to_first_order(found, values)
     free = tuple(completed.free[n] for n in rest)
     estimate = with_initial_states(model, free, completed.effects, search.manoeuvres)
     findings = tuple(
         replace(finding, value=model.value(finding.entry)) if finding.entry in free else finding
         for finding in found.findings
     )
-    return replace(found, completed=estimate, completed_deviations=uncertainty.of_entries(rest), findings=findings)
+    uncertainty = found.completed_deviations.of_entries(rest)
+    return replace(found, completed=estimate, completed_deviations=uncertainty, findings=findings)
+
+
+def restricted_to_first_order(found: Attribution, values: Mapping[Entry, float]) -> AerodynamicModel:
+    """The model with some entries at given values and the others moved by their correlations; effects are unchanged.
+
+    Exact for a regression at given numbers of the effects; of output error the first step of a re-estimation.
+    """
+    completed, uncertainty = found.completed, found.completed_deviations
+    covariance = uncertainty.covariance if uncertainty.beside_effects is None else uncertainty.beside_effects
+    fixed = [n for n, entry in enumerate(completed.free) if entry in values]
+    places = completed.model.indices(completed.free)
+    numbers = completed.model.values.copy()
+    numbers[places] = restricted_least_squares(
+        completed.model.values[places],
+        np.where(np.isfinite(covariance), covariance, 0.0),
+        fixed,
+        [values[completed.free[n]] for n in fixed],
+    )
+    return completed.model.with_values(numbers)
