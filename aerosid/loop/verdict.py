@@ -273,8 +273,8 @@ def validation_decisions(
     confirmed = [f"confirmed {coefficient} {term}" for coefficient, term in (each.entry for each in found.confirmed)]
     refuted = [label for label, grounds in found.refuted.items() if grounds is Refutation.PREDICTION]
     names = [derivative_name(coefficient, str(term)) for coefficient, term in insignificant]
-    chosen = [f"declared or estimated {listed(names)}"] if names else []
-    by = ["regression in place of output error"] if estimator else []
+    chosen = [f"chose declared or estimated values of {listed(names)}"] if names else []
+    by = ["chose the regression over output error"] if estimator else []
     return (*confirmed, *(f"refuted {named(label)}" for label in refuted), *by, *chosen)
 
 
