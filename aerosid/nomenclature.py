@@ -76,3 +76,10 @@ _GLOSSARY = (
 )
 
 CHANNELS: dict[str, Channel] = {channel.symbol: channel for channel in _GLOSSARY}
+
+_SURFACE = "delta_"  # with which the name of a control surface's deflection begins
+
+
+def is_surface(channel: str) -> bool:
+    """Whether a channel is the deflection of a control surface, by its name: a log may have more than the glossary."""
+    return channel.startswith(_SURFACE)

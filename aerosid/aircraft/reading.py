@@ -25,7 +25,7 @@ from aerosid.effects.inertia import INERTIA
 from aerosid.errors import AircraftError
 from aerosid.flight_model.axes import COEFFICIENTS, LATERAL, LONGITUDINAL, SIX, Axes, loads_of
 from aerosid.flight_model.terms import VARIABLES, Term, check_lift, parse_term
-from aerosid.nomenclature import CHANNELS
+from aerosid.nomenclature import CHANNELS, is_surface
 
 if TYPE_CHECKING:  # pydantic is imported when a file has been read that is TOML
     from aerosid.aircraft.schema import (
@@ -364,7 +364,7 @@ def _read_effect(path: str, number: int, table: EffectTable, coefficients: Seque
             f"expected one of {', '.join(KINDS)}{meant(table.kind, KINDS) or '; correct it'}"
         )
     kind = KINDS[table.kind]
-    inputs = [name for name in CHANNELS if name.startswith("delta_")]
+    inputs = [name for name in CHANNELS if is_surface(name)]
     expected = {
         "input": f"an input channel such as {', '.join(inputs)}",
         "channel": "the name of a measured channel such as alpha",

@@ -20,7 +20,7 @@ from aerosid.compatibility.settings import USUAL
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
-from aerosid.equation_error.equations.instrumental_variables import CONTROLS
+from aerosid.equation_error.equations.instrumental_variables import is_control
 from aerosid.equation_error.selection.instrument_errors import identify_instrument_errors
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -83,7 +83,7 @@ def contradicting(logs: Sequence[FlightLog]) -> KinematicConsistency | None:
 def manoeuvres_of(recording: Recording) -> tuple[Manoeuvre, ...]:
     """Each stretch of a recording as a manoeuvre for the kinematic equations, with its controls as instruments."""
     log, axes = recording.log, LONGITUDINAL
-    controls = [name for name in log.channels if name.startswith(CONTROLS) and np.isfinite(log[name]).sum() > 1]
+    controls = [name for name in log.channels if is_control(name) and np.isfinite(log[name]).sum() > 1]
     columns = tuple(dict.fromkeys((*input_columns_of(axes), *controls)))
     inputs = np.zeros((recording.time.size, len(columns)))
     for name in controls:

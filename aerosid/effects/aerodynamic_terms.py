@@ -21,6 +21,7 @@ from aerosid.effects.limits import OFFERED
 from aerosid.flight_model.axes import LATERAL, Axes
 from aerosid.flight_model.terms import Term, parse_term
 from aerosid.logs.flight_log import FlightLog, range_of
+from aerosid.nomenclature import is_surface
 
 POLYNOMIALS = (
     "1",
@@ -131,7 +132,7 @@ def polynomials(logs: Sequence[FlightLog], coefficient: str, axes: Axes) -> Iter
     if is_symmetric(coefficient) and set(LATERAL.coefficients) <= set(axes.coefficients):
         texts += COUPLED
     for term in map(parse_term, texts):
-        if all(name in log for log in logs for name in term.variables if name.startswith("delta_")):
+        if all(name in log for log in logs for name in term.variables if is_surface(name)):
             yield term
 
 

@@ -20,6 +20,7 @@ from aerosid.logs.channel_noise import channel_noise
 from aerosid.logs.constant_channels import is_constant
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.sample_patterns import spike_times, spikes
+from aerosid.nomenclature import is_surface
 from aerosid.notation import listed, plain
 from aerosid.signals.noise import calmed
 
@@ -162,7 +163,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
     if unmoved:
         notes.append(f"{listed(unmoved)}: one value throughout; used, as the estimation needs it: check the sensor.")
     extra = columns[len(input_columns_of(axes)) :]
-    noisy = (*outputs, *(name for name in extra if name.startswith("delta_")))
+    noisy = (*outputs, *(name for name in extra if is_surface(name)))
     deviation = {name: channel_noise(log, name).deviation for name in noisy}
     notes += _notes_on_spikes(log, deviation)
     variance = np.array([deviation.get(name, 0.0) ** 2 for name in extra])

@@ -13,6 +13,7 @@ from aerosid.flight_model.axes import LONGITUDINAL, Axes, input_columns_of, load
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.layout import layout_of
 from aerosid.flight_model.terms import Term, TermTable, build_table, parse_term
+from aerosid.nomenclature import is_surface
 
 Entry = tuple[str, Term]
 """A term in a coefficient: ("C_m", alpha^2)."""
@@ -114,4 +115,4 @@ def _table(entries: tuple[Entry, ...], columns: tuple[str, ...], coefficients: t
 def controls_of(model: AerodynamicModel) -> tuple[str, ...]:
     """The surfaces that the model's terms use."""
     used = {name for _, term in model.entries for name in term.variables}
-    return tuple(name for name in model.extra_columns if name.startswith("delta_") and name in used)
+    return tuple(name for name in model.extra_columns if is_surface(name) and name in used)

@@ -18,7 +18,7 @@ from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.settings import SIMULATION
 from aerosid.flight_model.workspace import make_workspace
 from aerosid.logs.flight_log import FlightLog
-from aerosid.nomenclature import CHANNELS
+from aerosid.nomenclature import CHANNELS, is_surface
 
 ALTITUDE = 1500.0
 """Design: m; where a simulated manoeuvre begins."""
@@ -46,7 +46,7 @@ class Balance(NamedTuple):
         if not self.moves(model.axes):
             return ()
         acting = controls_of(model)
-        there = (name for name in self.unknowns if name in acting or not name.startswith("delta_"))
+        there = (name for name in self.unknowns if name in acting or not is_surface(name))
         return tuple(there)[: len(moving_of(self.plane))]
 
     def moves(self, axes: Axes) -> bool:

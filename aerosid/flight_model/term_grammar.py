@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 from typing import Literal
 
 from aerosid.errors import AircraftError
-from aerosid.nomenclature import CHANNELS
+from aerosid.nomenclature import CHANNELS, is_surface
 
 Shape = Literal["plain", "abs", "pos"]
 
@@ -66,7 +66,7 @@ _TOKEN = re.compile(
 # Channels that the flight model answers with, or that say nothing about forces: driving a simulation with them would
 # feed the measurement back into what it is compared with.
 _DRIVING = {"rho", "thrust", "mass", "phi", "theta", "p", "r", "beta", "alpha", "mach"}
-_ANSWERS = frozenset(name for name in CHANNELS if name not in _DRIVING and not name.startswith("delta_"))
+_ANSWERS = frozenset(name for name in CHANNELS if name not in _DRIVING and not is_surface(name))
 _INSTEAD = {
     "V": "write V_hat, which is V/U0 - 1",
     "u": "write V_hat and alpha",

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aerosid.errors import LogError
 from aerosid.logs.settings import READING
+from aerosid.nomenclature import is_surface
 from aerosid.signals.resampling import without_gaps
 
 FloatArray = NDArray[np.float64]
@@ -244,7 +245,7 @@ def chosen_stretch(log: FlightLog) -> FlightLog:
 def _with_moving_control(parts: Sequence[FlightLog]) -> Sequence[FlightLog]:
     """The stretches in which a control moves; all where none does."""
     ranges = np.array(
-        [[range_of(part[name]) for part in parts] for name in parts[0].channels if name.startswith("delta_")]
+        [[range_of(part[name]) for part in parts] for name in parts[0].channels if is_surface(name)]
     ).reshape(-1, len(parts))
     largest = ranges.max(axis=1, keepdims=True, initial=0.0)
     moves = np.any((ranges > READING.moving_control * largest) & (largest > 0.0), axis=0)

@@ -11,6 +11,7 @@ from aerosid.errors import LogError
 from aerosid.logs.constant_channels import dead_channel, is_constant
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.settings import QUALITY
+from aerosid.nomenclature import is_surface
 from aerosid.notation import number, plain
 
 POSITIVE = ("V", "rho", "q_bar", "mass")
@@ -51,7 +52,7 @@ def longest_hole(log: FlightLog, name: str) -> Hole | None:
     A channel slower than the log misses samples throughout: its own interval counts.
     """
     present = np.flatnonzero(np.isfinite(log[name]))
-    if not name.startswith("delta_") or present.size < 2:
+    if not is_surface(name) or present.size < 2:
         return None
     time = log.time
     intervals, seconds = QUALITY.hole
@@ -127,7 +128,7 @@ def require_moving_control(logs: Sequence[FlightLog]) -> None:
     LogError
         With the controls and their constant values.
     """
-    controls = [(log, name) for log in logs for name in log.channels if name.startswith("delta_")]
+    controls = [(log, name) for log in logs for name in log.channels if is_surface(name)]
     if not controls or not all(is_constant(log[name]) for log, name in controls):
         return
     log, name = controls[0]

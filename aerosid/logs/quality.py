@@ -16,7 +16,7 @@ from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
 from aerosid.logs.physical_values import first_not_positive, longest_hole
 from aerosid.logs.sample_patterns import cut_at, longest_stand, quantum, spike_times, spikes
 from aerosid.logs.settings import QUALITY
-from aerosid.nomenclature import CHANNELS
+from aerosid.nomenclature import CHANNELS, is_surface
 from aerosid.notation import number
 
 NEEDED = ("V", "alpha", "q")  # required by the estimation, in addition to a moving control
@@ -271,7 +271,7 @@ def _needs(channels: dict[str, ChannelQuality]) -> list[Finding]:
     """Channels that close-loop requires and the log lacks."""
     there = {name for name, channel in channels.items() if channel.missing < 1.0}
     findings = [Finding(Problem.LACKING, name, _lacking(name, there)) for name in NEEDED if name not in there]
-    controls = [channels[name] for name in there if name.startswith("delta_")]
+    controls = [channels[name] for name in there if is_surface(name)]
     if not controls:
         findings.append(Finding(Problem.NO_CONTROL, "controls"))
     elif not any(control.excitation > QUALITY.excited for control in controls):
@@ -315,7 +315,7 @@ def _channel_findings(log: FlightLog, channel: ChannelQuality) -> list[Finding]:
     if (hole := longest_hole(log, name)) is not None:
         findings.append(Finding(Problem.CONTROL_HOLE, name, f"lacks {hole}"))
     elif channel.missing > 0.0:
-        problem = Problem.FILLED if name.startswith("delta_") else Problem.MISSING
+        problem = Problem.FILLED if is_surface(name) else Problem.MISSING
         findings.append(Finding(problem, name, f"{number(100.0 * channel.missing)} %"))
     if channel.spikes:
         findings.append(Finding(Problem.SPIKES, name, spike_times(log.time, spikes(values, channel.noise))))
@@ -355,7 +355,7 @@ def degrees_findings(log: FlightLog) -> list[Finding]:
 
 def _most_radians(log: FlightLog, name: str) -> float:
     """Bound of 99 % of the samples' magnitude of an angle, rad; 0 for any other channel."""
-    angle = name in QUALITY.most_radians or name.startswith("delta_")
+    angle = name in QUALITY.most_radians or is_surface(name)
     if not angle or log.units.get(name) != "rad" or not np.isfinite(log[name]).any():
         return 0.0
     return float(np.nanquantile(np.abs(log[name]), 0.99))

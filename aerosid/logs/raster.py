@@ -10,7 +10,7 @@ from aerosid.errors import LogError
 from aerosid.logs.recording import FloatArray
 from aerosid.logs.settings import READING
 from aerosid.logs.stamps import StampSettings, hole_notes, holes
-from aerosid.nomenclature import CHANNELS
+from aerosid.nomenclature import CHANNELS, is_surface
 from aerosid.signals.resampling import (
     ResamplingSettings,
     filter_delay,
@@ -26,7 +26,6 @@ MOTION = (
     "V", "alpha", "beta", "u", "v", "w", "p", "q", "r", "phi", "theta", "a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot",
     "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z",
 )  # fmt: skip
-CONTROL = "delta_"
 _CIRCLE = ("phi", "psi")  # angles that wrap around in flight
 
 
@@ -87,7 +86,7 @@ class Track:
     @property
     def leads(self) -> bool:
         """Whether the channel determines where the record begins, ends and is cut: motion channels and controls do."""
-        return not self.held and (self.name in MOTION or self.name.startswith(CONTROL))
+        return not self.held and (self.name in MOTION or is_surface(self.name))
 
 
 @dataclass(frozen=True)
@@ -183,7 +182,7 @@ def _base(leading: list[Track], raster: float | str | None, label: str) -> Track
 def _refuse_slow_controls(leading: list[Track], interval: float, label: str, settings: RasterSettings) -> None:
     for track in leading:
         rate, wanted = 1.0 / median_step(track.time), 1.0 / interval
-        if track.name.startswith(CONTROL) and rate < 0.999 * settings.slowest_control * wanted:
+        if is_surface(track.name) and rate < 0.999 * settings.slowest_control * wanted:
             raise LogError(
                 f"{label}: control {track.name} is sampled at {rate:.3g} Hz and the motion at {wanted:.3g} Hz, but a "
                 f"control needs at least {settings.slowest_control:g} of the motion's rate, because what moves between "

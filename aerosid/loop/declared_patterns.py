@@ -19,6 +19,7 @@ from aerosid.compatibility.remedies import SPEEDS
 from aerosid.effects.sensor_position import farthest_place
 from aerosid.loop.derivative_table import DerivativeRow, derivative_name
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
+from aerosid.nomenclature import is_surface
 from aerosid.notation import listed, number, with_deviation
 from aerosid.search.declared_inertia import InertiaChange, inertia_change, sentence_on_inertia
 from aerosid.search.settings import DeclaredInertiaSettings
@@ -161,6 +162,11 @@ def _known(row: DerivativeRow) -> bool:
     return row.shown and bool(row.declared) and row.std_error is not None and math.isfinite(row.value)
 
 
+def _is_of_surface(row: DerivativeRow) -> bool:
+    """Whether the row's term is a surface's deflection, one of its powers or a product that begins with it."""
+    return is_surface(row.term)
+
+
 def _ratio(row: DerivativeRow) -> tuple[float, float]:
     """Estimated over declared, and its standard error."""
     declared = row.declared or 1.0
@@ -195,7 +201,7 @@ def _misread_airspeed(rows: Sequence[DerivativeRow]) -> tuple[str, ...]:
 
     Dynamic pressure alone does that to forces and moments alike; q c/(2 V) and V_hat contain the airspeed once more.
     """
-    static = [row for row in rows if row.term in ("alpha", "beta") or row.term.startswith("delta_")]
+    static = [row for row in rows if row.term in ("alpha", "beta") or _is_of_surface(row)]
     ratios = [(row.coefficient, *_ratio(row)) for row in static]
     certain = [(name, factor) for name, factor, error in ratios if error < PATTERNS.sharp * abs(factor)]
     names = list(dict.fromkeys(name for name, _ in certain))
@@ -221,7 +227,7 @@ def _misread_airspeed(rows: Sequence[DerivativeRow]) -> tuple[str, ...]:
 def _reversed_controls(rows: Sequence[DerivativeRow]) -> dict[str, str]:
     """Controls all of whose certain derivatives, in several coefficients, have the other sign, with the sentence."""
     found = {}
-    for term in dict.fromkeys(row.term for row in rows if row.term.startswith("delta_")):
+    for term in dict.fromkeys(row.term for row in rows if _is_of_surface(row)):
         ratios = [(row.coefficient, *_ratio(row)) for row in rows if row.term == term]
         certain = [(name, factor) for name, factor, error in ratios if abs(factor) > PATTERNS.deviations * error]
         if len(certain) > 1 and all(factor < 0.0 for _, factor in certain):
@@ -291,7 +297,7 @@ def _accelerometer_of(row: DerivativeRow, rows: Sequence[DerivativeRow], aircraf
     the same terms as C_m the record cannot distinguish the two.
     """
     moments = [other for other in rows if (other.coefficient, other.term) == ("C_m", row.term)]
-    if row.coefficient not in LIFTING or not row.term.startswith("delta_") or not moments:
+    if row.coefficient not in LIFTING or not _is_of_surface(row) or not moments:
         return ""
     (moment,) = moments
     if moment.value * (moment.declared or 0.0) <= 0.0:

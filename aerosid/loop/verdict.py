@@ -19,6 +19,7 @@ from aerosid.loop.effect_rows import Effect
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.model_validation.error_reduction import error_reduction_sentence
 from aerosid.loop.model_validation.open_loop_errors import ErrorRow
+from aerosid.nomenclature import is_surface
 from aerosid.notation import listed, number, with_deviation
 from aerosid.search.attribution import Attribution
 from aerosid.search.cross_validation import is_inadequate_on
@@ -95,7 +96,7 @@ def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
     moving = [n for n, (_, term) in enumerate(completed.free) if term.factors]
     if not moving:
         return True
-    controlled = [n for n in moving if any(name.startswith("delta_") for name in completed.free[n][1].variables)]
+    controlled = [n for n in moving if any(is_surface(name) for name in completed.free[n][1].variables)]
     moving = controlled or moving
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
     known = np.any(np.maximum(uncertainty.published, uncertainty.white)[moving] < JUDGEMENT.shown * values)

@@ -16,6 +16,7 @@ import numpy as np
 from aerosid.aircraft.model import Aircraft
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog, FloatArray
+from aerosid.nomenclature import is_surface
 from aerosid.signals.resampling import without_gaps
 from aerosid.signals.residual_covariance import coloured_covariance
 
@@ -120,7 +121,7 @@ def _from_equation(
     log: FlightLog, equation: _Equation, moved: tuple[str, ...], aircraft: Aircraft | None
 ) -> list[ExpectedDeviation]:
     # A surface that rested is not asked for: it would only take what it has in common with the constant.
-    terms = [name for name in equation.terms if name in log and (not name.startswith("delta_") or name in moved)]
+    terms = [name for name in equation.terms if name in log and (not is_surface(name) or name in moved)]
     if equation.left not in log or "V" not in log or len(terms) < 2 or not np.isfinite(log["V"]).any():
         return []
     every = max(1, log.samples // INFORMATION.most)

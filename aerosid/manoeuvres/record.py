@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.logs.flight_log import FlightLog
 from aerosid.manoeuvres.settings import FinderSettings
+from aerosid.nomenclature import is_surface
 from aerosid.signals.noise import estimate_noise
 from aerosid.signals.resampling import without_gaps
 
@@ -248,7 +249,7 @@ def _surface_scales(
     """Largest travel and rest of each surface over the whole flight."""
     scales = {}
     for name in log.channels:
-        if not name.startswith("delta_") or name in ("delta_f", "delta_h"):
+        if not is_surface(name) or name in ("delta_f", "delta_h"):
             continue
         recorded = [(channels, air) for _, channels, air in pieces if name in channels and air.any()]
         if not recorded:

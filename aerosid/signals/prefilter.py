@@ -15,6 +15,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
+from aerosid.nomenclature import is_surface
 from aerosid.notation import number, plain
 from aerosid.signals.recursive_filter import (
     butterworth_poles,
@@ -120,7 +121,7 @@ def choose_cut_off(
     drawn by eye; here it minimises Mallows' criterion.
     """
     instants = np.asarray(time, dtype=np.float64)
-    driving = {name for name in channels if name.startswith("delta_")} if inputs is None else set(inputs)
+    driving = {name for name in channels if is_surface(name)} if inputs is None else set(inputs)
     interval = float(np.median(np.diff(instants))) if instants.size > 1 else math.nan
     per_channel: dict[str, float | None] = {}
     explanations: list[str] = []

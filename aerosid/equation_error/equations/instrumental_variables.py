@@ -18,15 +18,18 @@ from numpy.typing import NDArray
 from aerosid.equation_error.equations.channels import equations_of
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.settings import EquationErrorSettings
+from aerosid.nomenclature import is_surface
 from aerosid.signals.recursive_filter import filtered_from_rest
 
 Array = NDArray[np.float64]
 
-CONTROLS = ("delta_", "thrust")
-"""Prefixes of the input columns that a pilot moves; the others are states of the air and the motion."""
-
 TRENDS = 3
 """Numerical: constant, line and parabola; effects of biases, drifts and initial conditions on the integrated paths."""
+
+
+def is_control(column: str) -> bool:
+    """Whether the pilot moves an input column: a surface or thrust; the others are states of the air and the motion."""
+    return is_surface(column) or column.startswith("thrust")
 
 
 def laguerre_functions(signal: Array, interval: float, time_constant: float, order: int) -> Array:
@@ -132,7 +135,7 @@ def _moving_controls(recording: Recording) -> list[Array]:
     """The recorded controls that move, (N,) each."""
     manoeuvre = recording.manoeuvre
     controls = zip(manoeuvre.columns, manoeuvre.flight.inputs.T, strict=True)
-    return [values for name, values in controls if name.startswith(CONTROLS) and float(np.ptp(values)) > 0.0]
+    return [values for name, values in controls if is_control(name) and float(np.ptp(values)) > 0.0]
 
 
 def orthonormal(functions: Array) -> Array:

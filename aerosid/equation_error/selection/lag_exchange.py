@@ -21,6 +21,7 @@ from aerosid.equation_error.regression.output_density import rates_matrix
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.estimation.effects_in_flight import acting_model
+from aerosid.nomenclature import is_surface
 
 CONTROL_LAG = "control_lag"
 """Standard: the kind of effect that is a first-order element between a recorded control and its surface."""
@@ -30,9 +31,6 @@ REACH = 5.0
 
 GROWTH = 2.0 * np.pi
 """Numerical: rate of growth, 1/s, times the record's length from which a mode is in its band; a spiral is slower."""
-
-SURFACE = "delta_"
-"""Standard: with what the names of surfaces begin; a thrust's lag is far from the modes that thrust drives."""
 
 STEPS = 15
 """Numerical: Gauss-Newton steps at most; along the line between the two the likelihood is flat."""
@@ -69,7 +67,8 @@ def _exchanged(found: Estimate) -> Iterator[Point]:
         return
     modes = [float(-1.0 / root.real) for root in roots if root.imag == 0.0 and root.real < 0.0]
     for n, active in enumerate(point.effects):
-        is_lag = active.effect.kind == CONTROL_LAG and active.effect.where.startswith(SURFACE)
+        # A lag of thrust is far from the modes that thrust drives.
+        is_lag = active.effect.kind == CONTROL_LAG and is_surface(active.effect.where)
         if not is_lag or not active.values or active.values[0] <= 0.0:
             continue
         for constant in modes:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from aerosid.effects.kinds import InputEffect
-from aerosid.equation_error.equations.instrumental_variables import CONTROLS, instrumental_variables, orthonormal
+from aerosid.equation_error.equations.instrumental_variables import instrumental_variables, is_control, orthonormal
 from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.design import Design
 from aerosid.equation_error.regression.estimate import Estimate, with_terms
@@ -199,7 +199,7 @@ def _exogenous(found: Estimate) -> list[int]:
         if unknown[0] == "effect":
             return isinstance(found.point.effects[int(str(unknown[1]))].effect, InputEffect)
         if unknown[0] == "term":
-            return all(name.startswith(CONTROLS) for name in unknown[1][1].variables)  # type: ignore[index]
+            return all(is_control(name) for name in unknown[1][1].variables)  # type: ignore[index]
         return unknown[0] in ("one", "drift", "gust")
 
     return [p for p, unknown in enumerate(found.design.unknowns) if is_exogenous(unknown)]

@@ -17,7 +17,7 @@ from aerosid.effects.step_change import step_change
 from aerosid.effects.step_input import instant_of, is_step_change, rise_of, step_changes_on
 from aerosid.effects.thrust import thrust_change
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.equations.instrumental_variables import CONTROLS
+from aerosid.equation_error.equations.instrumental_variables import is_control
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.design import design_of
@@ -188,7 +188,9 @@ def is_control_term(hypothesis: Hypothesis) -> bool:
     if len(hypothesis.entries) != 1 or hypothesis.effects:
         return False
     factors = hypothesis.entries[0][1].factors
-    return len(factors) == 1 and factors[0].power == 1 and factors[0].variable.startswith((*CONTROLS, "C_T"))
+    if len(factors) != 1 or factors[0].power != 1:
+        return False
+    return is_control(factors[0].variable) or factors[0].variable.startswith("C_T")
 
 
 def may_replace_separation(hypothesis: Hypothesis) -> bool:

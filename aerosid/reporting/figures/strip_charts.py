@@ -9,7 +9,7 @@ import numpy as np
 
 from aerosid.loop.model_validation.open_loop_errors import Simulated
 from aerosid.model_error.aircraft_error.force_history import ErrorHistory
-from aerosid.nomenclature import CHANNELS
+from aerosid.nomenclature import CHANNELS, is_surface
 from aerosid.reporting.figures.chart import Band, Chart, Corridor, FloatArray, Limits, Line, Mark, Points, Role
 from aerosid.reporting.figures.layout import Row, limits_around, stacked
 from aerosid.reporting.words import shown_unit, subscripted
@@ -119,9 +119,9 @@ def inputs_to_draw(simulated: Simulated, wanted: frozenset[str]) -> tuple[str, .
         Channels in the completed model's terms; of the others only control surfaces are drawn.
     """
     log = simulated.log
-    names = [name for name in log.channels if name.startswith("delta_") or name in wanted]
+    names = [name for name in log.channels if is_surface(name) or name in wanted]
     moving = [name for name in names if _moves(log[name]) and name not in simulated.measured]
-    ordered = sorted(moving, key=lambda name: (name not in wanted, not name.startswith("delta_")))
+    ordered = sorted(moving, key=lambda name: (name not in wanted, not is_surface(name)))
     return tuple(ordered[:INPUTS_DRAWN])
 
 

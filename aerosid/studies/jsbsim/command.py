@@ -11,6 +11,7 @@ from aerosid.aircraft import Aircraft, bundled_aircraft, load_aircraft
 from aerosid.errors import UsageError
 from aerosid.file_set import text, write_files
 from aerosid.logs.log_writing import native_csv
+from aerosid.nomenclature import is_surface
 from aerosid.studies.jsbsim.control_inputs import ELEVATOR, SHAPES, ControlInput, Manoeuvre, recorded, sequence
 from aerosid.studies.jsbsim.flight import jsbsim_version
 from aerosid.studies.jsbsim.injected import parse_effect
@@ -134,7 +135,7 @@ def _inputs(
     """Inputs of one text: of its control, which must be one of `there`, or of each of `controls`."""
     text, _, began = word.partition("@")
     parts = text.split(":")
-    named = [parts.pop(0)] if parts[0].startswith("delta_") else list(controls)
+    named = [parts.pop(0)] if is_surface(parts[0]) else list(controls)
     shape, *numbers = parts or [""]
     try:
         start = float(began) if began else None

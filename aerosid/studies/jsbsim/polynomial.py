@@ -12,6 +12,7 @@ from aerosid.flight_model.axes import LATERAL, SIX
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.simulation import BALANCES
 from aerosid.flight_model.terms import VARIABLES, parse_term
+from aerosid.nomenclature import is_surface
 from aerosid.reporting.export.jsbsim_functions import CHANNEL_PROPERTIES
 from aerosid.reporting.export.jsbsim_units import FOOT, POUND_FORCE, POUNDS_PER_SLUG, SLUG
 from aerosid.reporting.export.jsbsim_xml import ExportSettings, aerodynamics_element
@@ -53,7 +54,7 @@ def driven_by(aircraft: Aircraft) -> tuple[str, ...]:
     """The controls moved in a flight of this aircraft: those that trim its motion and occur in its terms."""
     named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
     planes = [balance for balance in BALANCES if balance.moves(aircraft.axes)]
-    there = [name for balance in planes for name in balance.unknowns if name.startswith("delta_")]
+    there = [name for balance in planes for name in balance.unknowns if is_surface(name)]
     return tuple(name for name in there if name in named)
 
 
@@ -68,7 +69,7 @@ def polynomial_aerodynamics(aircraft: Aircraft, airspeed: float) -> tuple[ET.Ele
     channels = sorted(
         name
         for name in named - {*VARIABLES, "thrust", *driven_by(aircraft)}
-        if name not in CHANNEL_PROPERTIES or name.startswith("delta_")
+        if name not in CHANNEL_PROPERTIES or is_surface(name)
     )
     properties: dict[str, tuple[str, float]] = {name: (channel_property(name), 1.0) for name in channels}
     properties["thrust"] = (THRUST, POUND_FORCE)

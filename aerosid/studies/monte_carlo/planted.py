@@ -10,6 +10,7 @@ from aerosid.errors import AircraftError, UsageError
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.axes import COEFFICIENTS, OUTPUTS
 from aerosid.flight_model.terms import parse_term
+from aerosid.nomenclature import is_surface
 
 _HOW = (
     "write COEFFICIENT:TERM=VALUE as in C_m:alpha^2=-1.715, or KIND:CHANNEL=VALUE as in control_lag:delta_e=0.15 or "
@@ -98,6 +99,6 @@ def parse_planted(text: str) -> Planted:
     place = rest.strip()
     if KINDS[kind].place == "coefficient" and place not in COEFFICIENTS:
         raise UsageError(f"--effect {text!r}: {place or 'nothing'} is not a coefficient; {_HOW}.")
-    if KINDS[kind].place == "input" and not place.startswith("delta_"):
+    if KINDS[kind].place == "input" and not is_surface(place):
         raise UsageError(f"--effect {text!r}: {place or 'nothing'} is not a control surface; {_HOW}.")
     return Planted(kind, place, "", value, time)

@@ -19,6 +19,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_
 from aerosid.flight_model.simulation import ALTITUDE, flown_controls, fly_controls, trim, trimmed_state
 from aerosid.flight_model.terms import VARIABLES
 from aerosid.logs.flight_log import FlightLog
+from aerosid.nomenclature import is_surface
 from aerosid.studies.monte_carlo.elevator import in_turn
 from aerosid.studies.monte_carlo.noise_draw import NoiseSource, redrawn
 from aerosid.studies.monte_carlo.plan import FlownInput, StudyPlan
@@ -142,13 +143,13 @@ def _true_model(plan: StudyPlan, airspeed: float) -> tuple[AerodynamicModel, tup
     moved = (*declared.columns, *(flown_controls(model) if plan.catalogue == "known" else ()))
     for coefficient, term in terms:
         if unknown := sorted(term.variables - {*VARIABLES, *moved}):
-            known = (*VARIABLES, *(name for name in dict.fromkeys(moved) if name.startswith("delta_")))
+            known = (*VARIABLES, *(name for name in dict.fromkeys(moved) if is_surface(name)))
             raise UsageError(
                 f"--effect {coefficient}:{term}: {unknown[0]} is not part of the motion and moved in no flight of the "
                 f"study; give a term of {', '.join(known)}."
             )
     for effect in plan.effects:
-        if effect.entry is None and effect.where.startswith("delta_") and effect.where not in controls:
+        if effect.entry is None and is_surface(effect.where) and effect.where not in controls:
             raise UsageError(
                 f"--effect {effect.kind}:{effect.where}: no term uses that surface; give one in {controls}."
             )
