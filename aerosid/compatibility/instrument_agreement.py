@@ -55,9 +55,9 @@ def agreement_of(instrument_errors: InstrumentErrors, notes: tuple[str, ...] = (
         alternative = _finding(other.hypothesis.kind, other.active, other.value, other.std_error, other.gain, tested)
         others.setdefault(other.replaces.label, []).append(alternative)
     groups = tuple(
-        (finding, *distinct)
+        (finding, *alternatives)
         for row, finding in zip(rows, findings, strict=True)
-        if (distinct := _distinct(finding, others.get(row.hypothesis.label, [])))
+        if (alternatives := _named_otherwise(finding, others.get(row.hypothesis.label, [])))
     )
     turbulence = tuple(_moving_air(found))
     air = tuple(each for each in turbulence if each.length <= USUAL.longest_scale)
@@ -85,8 +85,10 @@ def _finding(
     return InstrumentFinding(kind, effect.where, axis, value, std_error, parameter.unit, chance, 2.0 * gain)
 
 
-def _distinct(finding: InstrumentFinding, alternatives: Sequence[InstrumentFinding]) -> tuple[InstrumentFinding, ...]:
-    """Each alternative once, in the order of first mention, that of largest gain; none that is named as the finding.
+def _named_otherwise(
+    finding: InstrumentFinding, alternatives: Sequence[InstrumentFinding]
+) -> tuple[InstrumentFinding, ...]:
+    """Alternatives named otherwise than the finding: of each name that of largest gain, in the order of first mention.
 
     A position along one axis alone and along two, of which the first is reported, have one name.
     """

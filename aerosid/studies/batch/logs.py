@@ -82,7 +82,7 @@ def find_logs(source: Path, channels: Path | None, but_in: Path | None = None) -
         if not spans:
             raise UsageError(f"{source}: it lists no log; write one path a line.")
         if any(not span.whole for span in spans):
-            return _distinct(tuple(_of_span(span, channels) for span in spans))
+            return _named_apart(tuple(_of_span(span, channels) for span in spans))
         paths = [span.path for span in spans]
     names = _names(paths, root)
     return tuple(LogFile(str(path), name, _content(path, channels)) for path, name in zip(paths, names, strict=True))
@@ -157,7 +157,7 @@ def find_manoeuvres_of(logs: Sequence[LogFile], channels: Path | None) -> tuple[
         raise LogError(
             f"no elevator manoeuvre was found in {len(logs)} logs; see what `aerosid find LOG --rejected` lists."
         )
-    return _distinct(tuple(found))
+    return _named_apart(tuple(found))
 
 
 def _of_span(span: Span, channels: Path | None) -> LogFile:
@@ -169,11 +169,15 @@ def _of_span(span: Span, channels: Path | None) -> LogFile:
     return LogFile(str(span), span.name or f"{stem}{ends}", content)
 
 
-def _distinct(logs: tuple[LogFile, ...]) -> tuple[LogFile, ...]:
-    twice = [name for name, count in Counter(log.name for log in logs).items() if count > 1]
-    if twice:
-        raise UsageError(f"{twice[0]}: two spans have this name; name them in a segment file.")
+def _named_apart(logs: tuple[LogFile, ...]) -> tuple[LogFile, ...]:
+    _refuse_repeated([log.name for log in logs], "two spans have this name; name them in a segment file")
     return logs
+
+
+def _refuse_repeated(names: Sequence[str], reason: str) -> None:
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise UsageError(f"{twice[0]}: {reason}.")
 
 
 def _lines(source: Path) -> list[str]:
@@ -194,9 +198,7 @@ def _names(paths: Sequence[Path], root: Path) -> list[str]:
     short = [str(Path(name).with_name(Path(Path(name).name.removesuffix(".gz")).stem)) for name in whole]
     shared = Counter(short)
     names = [full if shared[brief] > 1 else brief for full, brief in zip(whole, short, strict=True)]
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
-        raise UsageError(f"{twice[0]}: the log is listed twice; delete one line.")
+    _refuse_repeated(names, "the log is listed twice; delete one line")
     return names
 
 
