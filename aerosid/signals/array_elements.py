@@ -41,19 +41,31 @@ def multiply_in_place(left: NDArray[np.float64], matrix: NDArray[np.float64], pr
 
 
 @njit_inline
+def pivot_row(matrix: NDArray[np.float64], column: int, size: int) -> int:
+    """The row, of the first `size`, with the column's largest element on the diagonal or below: partial pivoting."""
+    best = column
+    for r in range(column + 1, size):
+        if abs(matrix[r, column]) > abs(matrix[best, column]):
+            best = r
+    return best
+
+
+@njit_inline
+def exchange_rows(matrix: NDArray[np.float64], one: int, other: int, first: int, last: int) -> None:
+    """Two rows change places in the columns `first` to `last` - 1; left of a pivot nothing is read any more."""
+    for c in range(first, last):
+        matrix[one, c], matrix[other, c] = matrix[other, c], matrix[one, c]
+
+
+@njit_inline
 def solve_by_elimination(system: NDArray[np.float64], right: NDArray[np.float64]) -> None:
     """Solve `system` (S, S) for the columns of `right` (S, M), in place, by elimination with row exchanges."""
     size, width = right.shape
     for p in range(size):
-        best = p
-        for r in range(p + 1, size):
-            if abs(system[r, p]) > abs(system[best, p]):
-                best = r
+        best = pivot_row(system, p, size)
         if best != p:
-            for s in range(size):
-                system[p, s], system[best, s] = system[best, s], system[p, s]
-            for c in range(width):
-                right[p, c], right[best, c] = right[best, c], right[p, c]
+            exchange_rows(system, p, best, p, size)
+            exchange_rows(right, p, best, 0, width)
         for r in range(p + 1, size):
             factor = system[r, p] / system[p, p]
             if factor != 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit_inline, njit_inline_room, njit_inline_vector
+from aerosid.signals.array_elements import exchange_rows, pivot_row
 
 Array = NDArray[np.float64]
 
@@ -79,20 +80,15 @@ def solve_in_place(aug: Array, n: int, width: int) -> bool:
     """Right-hand sides aug[:, n:width] replaced by their solutions; False where the system aug[:, :n] is singular.
 
     Gaussian elimination with row pivoting. The systems here, I + Q G with Q and G positive semi-definite, have real
-    eigenvalues of 1 or more and are well conditioned in balanced units.
+    eigenvalues of 1 or more and are well conditioned in balanced units. Unlike `solve_by_elimination`, which divides by
+    the pivots, it multiplies by their inverses: few divisions, for systems solved at every step.
     """
     for k in range(n):
-        pivot = k
-        for i in range(k + 1, n):
-            if abs(aug[i, k]) > abs(aug[pivot, k]):
-                pivot = i
+        pivot = pivot_row(aug, k, n)
         if not abs(aug[pivot, k]) > 0.0:
             return False
         if pivot != k:
-            for j in range(k, width):
-                swap = aug[k, j]
-                aug[k, j] = aug[pivot, j]
-                aug[pivot, j] = swap
+            exchange_rows(aug, k, pivot, k, width)
         inverse = 1.0 / aug[k, k]
         for i in range(k + 1, n):
             factor = aug[i, k] * inverse
