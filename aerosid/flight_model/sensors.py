@@ -266,30 +266,36 @@ def _force_slopes(
     force: int, row: int, by_p_dot: float, by_q_dot: float, by_r_dot: float, work: Workspace, layout: Layout
 ) -> None:
     """Write the slopes of a specific force, and add those of the angular accelerations times their arms."""
-    there, at = layout.motion, state_places(layout)
     f_x, f_u, f_p, inertial_x = work.rates_x, work.rates_u, work.rates_p, work.inertial_x
     y_x, y_u, y_p = work.outputs_x, work.outputs_u, work.outputs_p
-    for k in range(at.total):
-        total = f_x[force, k] - inertial_x[force, k]
-        if len(there.p) > 0:
-            total += f_x[at.p, k] * by_p_dot + f_x[at.r, k] * by_r_dot
-        if len(there.q) > 0:
-            total += f_x[at.q, k] * by_q_dot
-        y_x[row, k] = total
+    for k in range(state_places(layout).total):
+        y_x[row, k] = _with_turning(f_x[force, k] - inertial_x[force, k], f_x, k, by_p_dot, by_q_dot, by_r_dot, layout)
     for j in range(f_u.shape[1]):
-        total = f_u[force, j]
-        if len(there.p) > 0:
-            total += f_u[at.p, j] * by_p_dot + f_u[at.r, j] * by_r_dot
-        if len(there.q) > 0:
-            total += f_u[at.q, j] * by_q_dot
-        y_u[row, j] = total
+        y_u[row, j] = _with_turning(f_u[force, j], f_u, j, by_p_dot, by_q_dot, by_r_dot, layout)
     for t in range(f_p.shape[1]):
-        total = f_p[force, t]
-        if len(there.p) > 0:
-            total += f_p[at.p, t] * by_p_dot + f_p[at.r, t] * by_r_dot
-        if len(there.q) > 0:
-            total += f_p[at.q, t] * by_q_dot
-        y_p[row, t] = total
+        y_p[row, t] = _with_turning(f_p[force, t], f_p, t, by_p_dot, by_q_dot, by_r_dot, layout)
+
+
+@njit_inline
+def _with_turning(
+    slope: float,
+    rates: NDArray[np.float64],
+    column: int,
+    by_p_dot: float,
+    by_q_dot: float,
+    by_r_dot: float,
+    layout: Layout,
+) -> float:
+    """A slope of a specific force with those of the angular accelerations, in that column of `rates`, times their arms.
+
+    A case integrates roll and yaw together.
+    """
+    there, at = layout.motion, state_places(layout)
+    if len(there.p) > 0:
+        slope += rates[at.p, column] * by_p_dot + rates[at.r, column] * by_r_dot
+    if len(there.q) > 0:
+        slope += rates[at.q, column] * by_q_dot
+    return slope
 
 
 @njit_inline
