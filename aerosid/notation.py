@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 MISSING = "–"
 """Stands where there is no number."""
@@ -79,6 +80,30 @@ def share(value: float | None) -> str:
     if value is None or not math.isfinite(value):
         return MISSING
     return "< 0.001" if 0.0 < value < 0.0005 else f"{value + 0.0:.3f}".replace("-", "−")
+
+
+def finite(value: float, digits: int | None = None) -> float | None:
+    """The number as JSON and TOML can hold it: None where it is infinite or NaN, which neither has a word for.
+
+    Parameters
+    ----------
+    value : float
+        Any unit.
+    digits : int, optional
+        Significant digits that are kept; all by default.
+    """
+    if not math.isfinite(value):
+        return None
+    return value if digits is None else float(f"{value:.{digits}g}")
+
+
+def finite_throughout(value: Any, digits: int | None = None) -> Any:
+    """A document for JSON: `finite` of its floats at every level of mappings and sequences."""
+    if isinstance(value, Mapping):
+        return {str(key): finite_throughout(item, digits) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite_throughout(item, digits) for item in value]
+    return finite(value, digits) if isinstance(value, float) else value
 
 
 def si_unit(unit: str) -> str:

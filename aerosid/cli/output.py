@@ -90,8 +90,13 @@ def tell(document: Callable[[], Mapping[str, Any] | str]) -> None:
         return
     import json
 
+    from aerosid.notation import finite_throughout
+
     made = document()
-    text = made if isinstance(made, str) else json.dumps(_finite(made), indent=2, ensure_ascii=False, allow_nan=False)
+    if isinstance(made, str):
+        text = made
+    else:
+        text = json.dumps(finite_throughout(made), indent=2, ensure_ascii=False, allow_nan=False)
     sys.stdout.write(text if text.endswith("\n") else f"{text}\n")
 
 
@@ -114,18 +119,6 @@ def headed(verb: str, content: Mapping[str, Any]) -> dict[str, Any]:
 def loudly() -> None:
     """Reset the mode, for further commands in the same process."""
     _MODE.set(TO_A_PERSON)
-
-
-def _finite(value: Any) -> Any:
-    import math
-
-    if isinstance(value, Mapping):
-        return {str(key): _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 def verb_of(error: Exception) -> str:

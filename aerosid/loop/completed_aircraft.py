@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import aerosid
 from aerosid.aircraft import Aircraft, CompletionRecord, DeclaredEffect, LogOfCompletion
 from aerosid.aircraft.completion_record import shortened
@@ -18,6 +16,7 @@ from aerosid.loop.insignificant_derivatives import Completion
 from aerosid.loop.provenance import Provenance
 from aerosid.loop.roles import Role
 from aerosid.loop.verdict import Verdict
+from aerosid.notation import finite
 from aerosid.search.findings import Finding
 
 BOUNDS = "sigma: one standard error of the joint estimate, corrected for coloured residuals"
@@ -40,7 +39,7 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
     found = completion.found
     completed, uncertainty = found.completed, found.completed_deviations
     values = {
-        (coefficient, str(term)): (completed.model.value((coefficient, term)), _finite(float(uncertainty.corrected[n])))
+        (coefficient, str(term)): (completed.model.value((coefficient, term)), finite(float(uncertainty.corrected[n])))
         for n, (coefficient, term) in enumerate(completed.free)
         if (coefficient, term) not in completion.fixed
     }
@@ -51,7 +50,7 @@ def complete_aircraft(aircraft: Aircraft, completion: Completion, logs: int, rec
             value=finding.value,
             time=finding.time,
             log=finding.log if logs > 1 else "",
-            std_error=_finite(finding.std_error),
+            std_error=finite(finding.std_error),
             parameters={name: value for name, value, _, _ in finding.parameters},
         )
         for finding in listed_in_acting_order(found.findings, completed.effects)
@@ -102,7 +101,3 @@ def completion_record(
 def file_name(log: FlightLog) -> str:
     """The log's file without its folders; its name where it is from no file."""
     return Path(log.path).name if log.path else log.name
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -6,14 +6,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-import numpy as np
-
 from aerosid.aircraft import Aircraft
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.judgement_settings import JUDGEMENT
 from aerosid.loop.model_validation.goodness import variance_inflation
 from aerosid.model_error.paper_chain.chain import Chain
-from aerosid.notation import listed, number, plain
+from aerosid.notation import finite, listed, number, plain
 from aerosid.search.attribution import Attribution
 
 
@@ -110,16 +108,16 @@ def derivative_rows(
                 declared=given,
                 refitted=found.before.model.value(entry) if entry in found.before.free else None,
                 value=given if entry in fixed and given is not None else value,
-                std_error=_finite(error),
-                std_error_white=_finite(float(uncertainty.white[n])),
+                std_error=finite(error),
+                std_error_white=finite(float(uncertainty.white[n])),
                 rls=rls,
                 rls_std_error=rls_error,
-                correlation_max=_finite(float(uncertainty.correlation_max[n])),
+                correlation_max=finite(float(uncertainty.correlation_max[n])),
                 shown=entry not in fixed and is_shown(value, given, error, constant=not entry[1].factors),
-                variance_inflation=_finite(float(inflation[found.completed.free.index(entry)])),
+                variance_inflation=finite(float(inflation[found.completed.free.index(entry)])),
                 scatter=scattered.get(entry),
-                filter_error=_finite(float(filtered.values[n])) if filtered else None,
-                filter_error_std_error=_finite(float(filtered.deviations[n])) if filtered else None,
+                filter_error=finite(float(filtered.values[n])) if filtered else None,
+                filter_error_std_error=finite(float(filtered.deviations[n])) if filtered else None,
                 estimate=fixed.get(entry),
                 declared_away=contradicted.get(entry),
                 by_validation=entry in by_validation,
@@ -132,7 +130,7 @@ def _recursive(chain: Chain | None, entry: Entry) -> tuple[float | None, float |
     """The estimate of recursive least squares with its standard error; None where that did not see the entry."""
     if chain is None or entry not in chain.entries:
         return None, None
-    return chain.model.value(entry), _finite(float(chain.std_errors[chain.entries.index(entry)]))
+    return chain.model.value(entry), finite(float(chain.std_errors[chain.entries.index(entry)]))
 
 
 def witnesses(rows: Sequence[DerivativeRow]) -> str:
@@ -200,7 +198,3 @@ def notes_on_insignificant_derivatives(rows: Sequence[DerivativeRow]) -> list[st
             f"{number(estimate)} has {error}{why}. Do not use it as a measured value{holds}."
         )
     return sentences
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

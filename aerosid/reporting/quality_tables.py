@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,10 +11,13 @@ from rich.table import Table
 from aerosid.compatibility import Agreement, InstrumentFinding, KinematicConsistency
 from aerosid.logs.quality import Finding, LogQuality, Problem
 from aerosid.manoeuvres import FlightSegmentation
-from aerosid.notation import MISSING, listed, number, p_value, plain, with_deviation
+from aerosid.notation import MISSING, finite, listed, number, p_value, plain, with_deviation
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 from aerosid.reporting.result_json import portable
 from aerosid.reporting.settings import REMARKS
+
+_DIGITS = 7
+"""Display: significant digits in JSON, as in a native log."""
 
 
 def print_quality(quality: LogQuality, console: Console) -> None:
@@ -195,14 +197,14 @@ def quality_json(quality: LogQuality, agreement: KinematicConsistency | None) ->
             {
                 "name": channel.name,
                 "unit": channel.unit,
-                "minimum": _finite(channel.minimum),
-                "maximum": _finite(channel.maximum),
-                "missing": _finite(channel.missing),
+                "minimum": finite(channel.minimum, _DIGITS),
+                "maximum": finite(channel.maximum, _DIGITS),
+                "missing": finite(channel.missing, _DIGITS),
                 "spikes": channel.spikes,
-                "stuck": _finite(channel.stuck),
-                "resolution": _finite(channel.quantum),
-                "noise": _finite(channel.noise),
-                "excitation": _finite(channel.excitation),
+                "stuck": finite(channel.stuck, _DIGITS),
+                "resolution": finite(channel.quantum, _DIGITS),
+                "noise": finite(channel.noise, _DIGITS),
+                "excitation": finite(channel.excitation, _DIGITS),
             }
             for channel in quality.channels
         ],
@@ -213,7 +215,3 @@ def quality_json(quality: LogQuality, agreement: KinematicConsistency | None) ->
         "notes": list(quality.notes),
         "instruments": None if agreement is None else agreement.verdict.name.lower(),
     }
-
-
-def _finite(value: float) -> float | None:
-    return float(f"{value:.7g}") if math.isfinite(value) else None

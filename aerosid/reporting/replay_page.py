@@ -7,13 +7,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from aerosid.model_error.paper_chain.in_flight import Frame
+from aerosid.notation import finite_throughout
 from aerosid.reporting.scripts import Script, content_policy
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
+
+_DIGITS = 5
+"""Display: significant digits of the frames, more than a strip shows."""
 
 
 def render_replay(frames: Sequence[Frame], log: str, aircraft: str, coefficients: Sequence[str]) -> str:
@@ -52,19 +55,8 @@ def render_replay(frames: Sequence[Frame], log: str, aircraft: str, coefficients
 
 def frames_json(frames: Sequence[Frame]) -> str:
     """The frames as JSON that is safe inside an element: no `<`, null for unknown values."""
-    text = json.dumps([_finite(asdict(frame)) for frame in frames], allow_nan=False)
+    text = json.dumps([finite_throughout(asdict(frame), _DIGITS) for frame in frames], allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-
-
-def _finite(value: Any) -> Any:
-    """Numbers to five digits; NaN as None, at every level."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float):
-        return float(f"{value:.5g}") if math.isfinite(value) else None
-    return value
 
 
 def _strip(frames: Sequence[Frame], axis: int) -> tuple[str, tuple[float, float]]:

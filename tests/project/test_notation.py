@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aerosid.notation import listed, number, p_value, plain, si_unit, with_deviation
+from aerosid.notation import finite, finite_throughout, listed, number, p_value, plain, si_unit, with_deviation
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e30, max_value=1e30, allow_subnormal=False)
 
@@ -66,3 +66,11 @@ def test_units_probabilities_and_lists() -> None:
     assert p_value(1e-40) == "< 10⁻¹²"
     assert p_value(None) == p_value(float("nan"))
     assert [listed(items) for items in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]
+
+
+def test_a_document_holds_no_number_that_json_cannot() -> None:
+    assert finite(math.pi) == math.pi
+    assert finite(math.pi, 3) == 3.14
+    assert finite(math.inf) is None
+    document = {"a": [math.nan, 1, "nan"], 2: (1.0 / 3.0, {"b": -math.inf})}
+    assert finite_throughout(document, 2) == {"a": [None, 1, "nan"], "2": [0.33, {"b": None}]}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from aerosid import __version__
 from aerosid.logs.flight_log import FlightLog
 from aerosid.manoeuvres import FlightSegmentation, FoundManoeuvre
+from aerosid.notation import finite
 
 __all__ = ["SCHEMA", "segmentation_json"]
 
@@ -17,6 +17,9 @@ SCHEMA = 1
 
 _CLOCK_DIGITS = 6
 """Display: decimals of a time in s: a microsecond."""
+
+_DIGITS = 7
+"""Display: significant digits of all else, as in a native log."""
 
 
 def segmentation_json(segmentation: FlightSegmentation, log: FlightLog) -> dict[str, Any]:
@@ -56,20 +59,20 @@ def _entry(manoeuvre: FoundManoeuvre) -> dict[str, Any]:
         "moved": [
             {
                 "channel": entry.channel,
-                "least": _plain(entry.least),
-                "greatest": _plain(entry.greatest),
+                "least": finite(entry.least, _DIGITS),
+                "greatest": finite(entry.greatest, _DIGITS),
                 "unit": entry.unit,
             }
             for entry in manoeuvre.moved
         ],
-        "condition": {name: _plain(value) for name, value in manoeuvre.condition.items()},
-        "turbulence": _plain(manoeuvre.turbulence),
+        "condition": {name: finite(value, _DIGITS) for name, value in manoeuvre.condition.items()},
+        "turbulence": finite(manoeuvre.turbulence, _DIGITS),
         "expected": [
             {
                 "coefficient": entry.coefficient,
                 "term": entry.term,
-                "value": _plain(entry.value),
-                "deviation": _plain(entry.deviation),
+                "value": finite(entry.value, _DIGITS),
+                "deviation": finite(entry.deviation, _DIGITS),
                 "unit": entry.unit,
             }
             for entry in manoeuvre.expected
@@ -82,16 +85,11 @@ def _detail(detail: Mapping[str, float | str | tuple[float, ...]]) -> dict[str, 
     plain: dict[str, Any] = {}
     for name, value in detail.items():
         if isinstance(value, tuple):
-            plain[name] = [_plain(entry) for entry in value]
+            plain[name] = [finite(entry, _DIGITS) for entry in value]
         else:
-            plain[name] = value if isinstance(value, str) else _plain(value)
+            plain[name] = value if isinstance(value, str) else finite(value, _DIGITS)
     return plain
 
 
 def _clock(seconds: float) -> float:
     return round(float(seconds), _CLOCK_DIGITS)
-
-
-def _plain(value: float) -> float | None:
-    """Seven significant digits, as in a native log; None where unknown."""
-    return float(f"{float(value):.7g}") if math.isfinite(value) else None

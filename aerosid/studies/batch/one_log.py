@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.manoeuvres import require_manoeuvre
+from aerosid.notation import finite
 from aerosid.reporting import write_report
 from aerosid.studies.journal import Row
 from aerosid.studies.settings import BATCH
@@ -80,8 +80,8 @@ def summary_row(result: ClosedLoop) -> Row:
                 "kind": e.kind,
                 "where": e.where,
                 "term": e.term,
-                "value": _finite(e.value),
-                "std_error": _finite(e.std_error),
+                "value": finite(e.value),
+                "std_error": finite(e.std_error),
             }
             for e in result.effects
         ],
@@ -90,7 +90,7 @@ def summary_row(result: ClosedLoop) -> Row:
                 "coefficient": row.coefficient,
                 "term": row.term,
                 "declared": row.declared,
-                "value": _finite(row.value),
+                "value": finite(row.value),
                 "std_error": row.std_error,
                 "std_error_white": row.std_error_white,
                 "shown": row.shown,
@@ -103,7 +103,7 @@ def summary_row(result: ClosedLoop) -> Row:
                 "unit": row.unit,
                 "before": row.before,
                 "after": row.after,
-                "noise": _finite(row.noise),
+                "noise": finite(row.noise),
             }
             for row in result.errors
         ],
@@ -119,7 +119,3 @@ def _at_first(log: FlightLog, name: str) -> float | None:
     if first.size < BATCH.fewest:
         first = np.flatnonzero(present)[: BATCH.fewest]
     return float(np.mean(log[name][first])) if first.size else None
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

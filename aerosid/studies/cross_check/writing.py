@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from aerosid.file_set import text, write_files
+from aerosid.notation import finite_throughout
 from aerosid.studies.cross_check.page import pages
 from aerosid.studies.cross_check.run import CrossCheck
 from aerosid.studies.cross_check.sideways_check import SidewaysCheck
@@ -62,15 +62,6 @@ def _flown(check: StockCheck | SidewaysCheck) -> dict[str, Any]:
     }
 
 
-def _finite(value: Any) -> Any:
-    """The value with None in place of numbers that JSON cannot represent."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def write_cross_check(result: CrossCheck, directory: Path) -> tuple[Path, ...]:
     """The paths of the files written.
 
@@ -80,5 +71,5 @@ def write_cross_check(result: CrossCheck, directory: Path) -> tuple[Path, ...]:
         Where the folder cannot be created or written.
     """
     contents = pages(result)
-    contents["cross_check.json"] = json.dumps(_finite(numbers(result)), indent=1, allow_nan=False) + "\n"
+    contents["cross_check.json"] = json.dumps(finite_throughout(numbers(result)), indent=1, allow_nan=False) + "\n"
     return write_files(directory, {name: text(content) for name, content in contents.items()})
