@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.score_test import Score
-from aerosid.flight_model.aerodynamics import Entry
+from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import EQUATION, MOTION, equation_of, loads_of, moving_of
 from aerosid.model_error.aircraft_error.force_history import ErrorHistory
 from aerosid.model_error.aircraft_error.forward_estimate import AircraftErrorHistory, estimate_aircraft_error
@@ -87,7 +87,7 @@ def screen(
     """
     model = chain.model.extended(candidates)
     density = choose_error_density(chain.model, manoeuvres, settings, chain.error_density)
-    histories = [_seen(estimate_aircraft_error(model, part.flight, part.variance, density), part) for part in chain.fed]
+    histories = _histories(chain, model, density)
     gains = {score.hypothesis.entries[0]: score for score in scores if score.hypothesis.entries}
     declared = model.indices(chain.entries)
     rows = []
@@ -139,14 +139,7 @@ def error_histories(
     the other chosen terms leave of d with its own picture in d.
     """
     axes, places = chain.model.axes, chain.model.indices(chosen)
-    values = chain.model.values.copy()
-    coefficients = values[places]
-    values[places] = 0.0
-    lacking = chain.model.with_values(values)
-    density = choose_error_density(lacking, manoeuvres, settings, chain.error_density)
-    histories = [
-        _seen(estimate_aircraft_error(lacking, part.flight, part.variance, density), part) for part in chain.fed
-    ]
+    _, coefficients, histories = _errors_without(chosen, chain, manoeuvres, settings)
     rows: list[ErrorHistory] = []
     for manoeuvre, history in zip(manoeuvres, histories, strict=True):
         for equation, state in enumerate(moving_of(axes)):
@@ -200,14 +193,7 @@ def regressor_pictures(
         Terms that did not enter, to be seen against the whole of d.
     """
     places = chain.model.indices(chosen)
-    values = chain.model.values.copy()
-    coefficients = values[places]
-    values[places] = 0.0
-    lacking = chain.model.with_values(values).extended(rivals)
-    density = choose_error_density(lacking, manoeuvres, settings, chain.error_density)
-    histories = [
-        _seen(estimate_aircraft_error(lacking, part.flight, part.variance, density), part) for part in chain.fed
-    ]
+    lacking, coefficients, histories = _errors_without(chosen, chain, manoeuvres, settings, rivals)
     pictures = []
     for entry in (*chosen, *rivals):
         equation = equation_of(lacking.axes, entry[0])
@@ -229,6 +215,28 @@ def closest_rivals(rows: Sequence[ScreeningRow], candidates: Sequence[Entry]) ->
         if not row.chosen and (row.coefficient, row.term) in entries:
             first.setdefault(EQUATION[row.coefficient], entries[row.coefficient, row.term])
     return tuple(first[state] for state in MOTION if state in first)
+
+
+def _errors_without(
+    chosen: Sequence[Entry],
+    chain: Chain,
+    manoeuvres: Sequence[Manoeuvre],
+    settings: ChainSettings,
+    rivals: Sequence[Entry] = (),
+) -> tuple[AerodynamicModel, NDArray[np.float64], list[AircraftErrorHistory]]:
+    """The model with the chosen terms and the rivals at zero, what the chosen were worth, and its d(t) on every log."""
+    places = chain.model.indices(chosen)
+    values = chain.model.values.copy()
+    coefficients = values[places]
+    values[places] = 0.0
+    lacking = chain.model.with_values(values).extended(rivals)
+    density = choose_error_density(lacking, manoeuvres, settings, chain.error_density)
+    return lacking, coefficients, _histories(chain, lacking, density)
+
+
+def _histories(chain: Chain, model: AerodynamicModel, density: NDArray[np.float64]) -> list[AircraftErrorHistory]:
+    """The d(t) of a model on the logs of the chain, in the band of the motion."""
+    return [_seen(estimate_aircraft_error(model, part.flight, part.variance, density), part) for part in chain.fed]
 
 
 def _regressor(
