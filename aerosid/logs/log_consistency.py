@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.settings import COURSES
+
+FloatArray = NDArray[np.float64]
 
 
 def pitch_factor(log: FlightLog) -> float | None:
@@ -25,14 +28,30 @@ def pitch_factor(log: FlightLog) -> float | None:
     if np.count_nonzero(there) < COURSES.fewest:
         return None
     time, rate, theta = log.time[there], rate[there], log["theta"][there]
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
-    trend = np.column_stack([np.ones_like(time), time - time.mean()])
-    both = np.column_stack([integral, theta])
-    integral, theta = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
+    integral, theta = integral_and_recorded(time, rate, theta)
     power = float(integral @ integral) * float(theta @ theta)
     if power == 0.0 or abs(float(integral @ theta)) < COURSES.agreeing * math.sqrt(power):
         return None
     return float(integral @ theta) / float(integral @ integral)
+
+
+def integral_and_recorded(time: FloatArray, rate: FloatArray, recorded: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The integral of a rate, and the recorded quantity that should follow it, each without its linear trend; (N,).
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,)
+        Increasing, s.
+    rate : ndarray, shape (N,)
+        Finite, unit/s.
+    recorded : ndarray, shape (N,)
+        Finite; in any unit.
+    """
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+    trend = np.column_stack([np.ones_like(time), time - time.mean()])
+    both = np.column_stack([integral, recorded])
+    first, second = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
+    return first, second
 
 
 def answer_to_elevator(log: FlightLog) -> float | None:

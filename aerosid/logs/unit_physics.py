@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats.units import UnitProblem, conversion
-from aerosid.logs.log_consistency import answer_to_elevator, pitch_factor
+from aerosid.logs.log_consistency import answer_to_elevator, integral_and_recorded, pitch_factor
 from aerosid.logs.settings import COURSES, QUALITY
 from aerosid.nomenclature import CHANNELS
 
@@ -196,10 +196,7 @@ def _judge_altitude(channels: dict[str, ProposedChannel], log: FlightLog, settin
     time, climb, altitude = log.time[there], climb[there], log["h"][there]
     if time.size < COURSES.fewest:
         return
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(time))])
-    trend = np.column_stack([np.ones_like(time), time - time.mean()])
-    both = np.column_stack([integral, altitude])
-    left, right = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
+    left, right = integral_and_recorded(time, climb, altitude)
     power = float(left @ left)
     if power == 0.0 or float(right @ right) == 0.0 or np.corrcoef(left, right)[0, 1] < COURSES.agreeing:
         return
