@@ -22,6 +22,7 @@ from aerosid.signals.recursive_filter import (
     butterworth_sections,
     filtered_from_rest,
     filtered_from_steady,
+    turned_at_ends,
 )
 from aerosid.signals.settings import PREFILTER
 
@@ -281,9 +282,8 @@ def _turned_ends(butterworth: Butterworth, time: FloatArray, samples: FloatArray
     after = min(time.size - int(np.searchsorted(time, time[-1] - settling)), time.size - 1)
     first = _end_value(time - time[0], samples, 1.0 / butterworth.cut_off_hz)
     last = _end_value(time[-1] - time[::-1], samples[::-1], 1.0 / butterworth.cut_off_hz)
-    turned_time = np.concatenate((2.0 * time[0] - time[before:0:-1], time, 2.0 * time[-1] - time[-2 : -after - 2 : -1]))
-    turned = np.concatenate((2.0 * first - samples[before:0:-1], samples, 2.0 * last - samples[-2 : -after - 2 : -1]))
-    return turned_time, turned, before
+    turned_time = turned_at_ends(time, time[0], time[-1], before, after)
+    return turned_time, turned_at_ends(samples, first, last, before, after), before
 
 
 def _end_value(distance: FloatArray, samples: FloatArray, reach: float) -> float:

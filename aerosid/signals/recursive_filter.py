@@ -108,11 +108,27 @@ def filtered_both_ways(sections: FloatArray, values: FloatArray) -> FloatArray:
     """
     columns = _columns(values)
     reach = min(3 * (2 * sections.shape[0] + 1), columns.shape[0] - 1)
-    before = 2.0 * columns[0] - columns[reach:0:-1]
-    after = 2.0 * columns[-1] - columns[-2 : -reach - 2 : -1]
-    forward = filtered_from_steady(sections, np.concatenate([before, columns, after]))
+    forward = filtered_from_steady(sections, turned_at_ends(columns, columns[0], columns[-1], reach, reach))
     backward = filtered_from_steady(sections, forward[::-1])[::-1]
     return np.asarray(backward[reach : reach + columns.shape[0]].reshape(values.shape))
+
+
+def turned_at_ends(
+    values: FloatArray, first: FloatArray | float, last: FloatArray | float, before: int, after: int
+) -> FloatArray:
+    """A record continued at both ends by itself, turned by 180 degrees about its end values.
+
+    Parameters
+    ----------
+    values : ndarray, shape (N, ...)
+        Any unit.
+    first, last : ndarray, shape (...), or float
+        The end values: those of the record, or smoothed ones.
+    before, after : int
+        Samples that are added at the beginning and at the end, fewer than N.
+    """
+    beginning, end = 2.0 * first - values[before:0:-1], 2.0 * last - values[-2 : -after - 2 : -1]
+    return np.concatenate([beginning, values, end])
 
 
 def _columns(values: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from aerosid.signals.decimation import decimated, windowed_sinc
+from aerosid.signals.recursive_filter import turned_at_ends
 
 Array = NDArray[np.float64]
 
@@ -43,9 +44,7 @@ class Band:
         if self.step == 1:
             return values
         half = self.weights.size // 2
-        before = 2.0 * values[0] - values[half:0:-1]
-        after = 2.0 * values[-1] - values[-2 : -half - 2 : -1]
-        whole = np.concatenate([before, values, after])
+        whole = turned_at_ends(values, values[0], values[-1], half, half)
         first = CUT_AT_ENDS * self.step
         rows = self.rows(values.shape[0])
         columns = np.ascontiguousarray(whole[first:], dtype=np.float64).reshape(whole.shape[0] - first, -1)
