@@ -287,9 +287,10 @@ def _continuation_start(
         return opened
     likelihood.held_to_data = 1.0
     if point is None:
+        axes = likelihood.manoeuvres[0].axes
         raise EstimationError(
-            "the simulation leaves |alpha| < 1.5 rad with every start value that was tried; check the signs of "
-            "delta_e, C_m_alpha and C_m_delta_e, the mass and the trim constants in the aircraft file."
+            f"the simulation leaves |{axes.flow_angle}| < 1.5 rad with every start value that was tried; check the "
+            f"signs of {axes.doubtful_signs}, and the trim constants in the aircraft file."
         )
     return point
 

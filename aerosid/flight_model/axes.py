@@ -78,6 +78,22 @@ class Axes(NamedTuple):
     outputs: tuple[str, ...]
     required: tuple[str, ...]
 
+    @property
+    def flow_angle(self) -> str:
+        """That of the flow whose range a simulation leaves first."""
+        return next(name for name in _DOUBTFUL_SIGNS if name in self.outputs)
+
+    @property
+    def doubtful_signs(self) -> str:
+        """What to look at where a simulation leaves it."""
+        return _DOUBTFUL_SIGNS[self.flow_angle]
+
+
+_DOUBTFUL_SIGNS = {
+    "alpha": "delta_e, C_m_alpha and C_m_delta_e, the mass and the units of alpha and q",
+    "beta": "delta_a, delta_r, C_n_beta, C_l_p_hat, C_l_delta_a and C_n_delta_r, and the units of beta, p and r",
+}
+
 
 LONGITUDINAL = Axes(
     name="longitudinal",

@@ -27,7 +27,7 @@ from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.errors import EstimationError
 from aerosid.estimation.deviations import Deviations
-from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.fit_settings import WRONG_STRUCTURE, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
@@ -66,7 +66,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
         Where neither the declared nor the completed model can be simulated from any initial state.
     """
     simulated = _of_equations(decision.completed, decision.covariance, manoeuvres)
-    declared = _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
+    declared = _declared(decision, manoeuvres)
     declared, completed = (
         replace(found, seen_on_others=decision.level_shifts) for found in (declared, simulated.refinement)
     )
@@ -111,6 +111,21 @@ def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoe
     point = found.point
     refinement = with_initial_states(point.model, point.free, _simulated(point.effects), manoeuvres, point.effects)
     return _SimulatedEstimate(refinement, _deviations(found, covariance, refinement))
+
+
+def _declared(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+    """The declared structure's regression; where that cannot be simulated, its output-error estimate.
+
+    Without what is missing a regression may give an aircraft so unstable that not even a filter holds it to the flight,
+    such as C_n_beta = -1 where thrust changes it: that ends no loop, since the completed structure has what is missing.
+    """
+    try:
+        return _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
+    except EstimationError:
+        point, given = decision.before.point, decision.kinematic_estimate.point.model
+        values = np.array([given.value(entry) for entry in point.model.entries])
+        effects, settings = _simulated(point.effects), WRONG_STRUCTURE
+        return refine(point.model.with_values(values), manoeuvres, point.free, effects=effects, settings=settings)
 
 
 def with_initial_states(

@@ -9,9 +9,11 @@ from scipy.signal import lfilter
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.settings import LoopSettings
+from aerosid.loop.verdict import Verdict
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
+from benchmarks.sideways_detection import closed, planted
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 USUAL = AttributionSettings()
@@ -66,3 +68,17 @@ def test_the_completed_aircraft_keeps_the_axis_of_a_position_found_in_gusts() ->
     found = close_loop([flown("fitted", 21)], aircraft, [flown("unseen", 24)], settings)
     (place,) = (each for each in found.completed_aircraft.effects if each.kind == "sensor_position")
     assert place.parameters == {"z": place.value}
+
+
+@pytest.mark.slow
+def test_a_declared_structure_whose_regression_cannot_be_simulated_ends_no_loop() -> None:
+    """Without C_n C_T*beta, which takes all of C_n beta at this thrust, the regression gave -.97 for C_n beta, 2 for C_n
+    p_hat: not even a filter held it to the flight, and the loop ended with the advice to check signs that were right.
+    """
+    at, plant, first = planted(14, 516, 0.0, "filtered")
+    (term,) = plant.terms
+    result = closed(at, plant, "lateral", first)
+    (found,) = [effect for effect in result.effects if effect.kind == "aero_term"]
+    assert (found.where, found.term) == term
+    assert abs(found.value - plant.terms[term]) < 3.0 * found.std_error
+    assert result.verdict in (Verdict.EXPLAINED, Verdict.PARTLY_EXPLAINED)

@@ -25,13 +25,6 @@ from aerosid.model_error.flight_sweeps.swept_model import SweptModel
 Array = NDArray[np.float64]
 
 
-_SIGNS = {
-    "alpha": "delta_e, C_m_alpha and C_m_delta_e, the mass and the units of alpha and q",
-    "beta": "delta_a, delta_r, C_n_beta, C_l_p_hat, C_l_delta_a and C_n_delta_r, and the units of beta, p and r",
-}
-"""What to look at where a model runs away, by the angle of the flow that is integrated."""
-
-
 @dataclass(frozen=True)
 class FlownError:
     """One flight of the model with d(t) acting; `offsets` and `air`: d's and the air's places in the extra inputs."""
@@ -63,11 +56,6 @@ class FlightsInError:
     def state_count(self) -> int:
         """Of one flight."""
         return len(self.axes.integrated)
-
-    @property
-    def angle(self) -> str:
-        """That of the flow whose range a simulation leaves first."""
-        return next(name for name in _SIGNS if name in self.axes.outputs)
 
     @cached_property
     def columns(self) -> tuple[str, ...]:
@@ -136,8 +124,8 @@ class FlightsInError:
         except OutOfRangeError as error:
             names = ", ".join(manoeuvre.name for manoeuvre in self.manoeuvres)
             raise EstimationError(
-                f"{names}: the model with its model error d(t) leaves |{self.angle}| < 1.5 rad; check the signs of "
-                f"{_SIGNS[self.angle]}, or use --method likelihood."
+                f"{names}: the model with its model error d(t) leaves |{self.axes.flow_angle}| < 1.5 rad; check the "
+                f"signs of {self.axes.doubtful_signs}, or use --method likelihood."
             ) from error
 
     def carried(self, flown: SweptModel, other: SweptModel) -> SweptModel:
