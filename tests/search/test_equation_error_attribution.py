@@ -72,7 +72,7 @@ def test_the_completed_aircraft_keeps_the_axis_of_a_position_found_in_gusts() ->
 
 @pytest.mark.slow
 def test_a_declared_structure_whose_regression_cannot_be_simulated_ends_no_loop() -> None:
-    """Thrust takes all of C_n beta. Without that term the regression gave -.97 for C_n beta and 2 for C_n p_hat: not even
+    """Thrust takes all of C_n beta. Without that term the regression gave -.97 for it and 2 for C_n p_hat: not even
     a filter held it to the flight, and the loop ended with the advice to check signs that were right.
     """
     at, plant, first = planted(14, 516, 0.0, "filtered")
