@@ -85,16 +85,16 @@ def fix_insignificant(found: Attribution, aircraft: Aircraft, search: StructureS
     coefficient at their declared values, or with none, beyond their noise, it is so.
     """
     declared = {(d.coefficient, d.term): d.value for d in aircraft.derivatives}
-    problem = _Problem(found, declared, search, excited)
-    completion = problem.completion()
+    estimate = _FreeEstimate(found, declared, search, excited)
+    completion = estimate.completion()
     if not excited or found.predictions is None or completion.broke_down:
         return completion
-    return _as_predicted_best(completion, problem)
+    return _as_predicted_best(completion, estimate)
 
 
 @dataclass(frozen=True)
-class _Problem:
-    """The estimate with all derivatives free, and the declared values."""
+class _FreeEstimate:
+    """The estimate with all derivatives free, with the declared values that some of them may keep."""
 
     free: Attribution
     declared: Mapping[Entry, float]
@@ -141,13 +141,13 @@ class _Problem:
         return entry in _not_shown(found, self.declared, excited=self.excited)
 
 
-def _as_predicted_best(completion: Completion, problem: _Problem) -> Completion:
+def _as_predicted_best(completion: Completion, estimate: _FreeEstimate) -> Completion:
     """The completion with all or none of each coefficient's insignificant derivatives fixed where that predicts better.
 
     On some validation flight, beyond its noise, and on none worse in any coefficient. Constants, which are free on each
     flight, take no part.
     """
-    predictions = problem.free.predictions
+    predictions = estimate.free.predictions
     assert predictions is not None
     held: list[Entry] = []
     released: list[Entry] = []
@@ -157,10 +157,10 @@ def _as_predicted_best(completion: Completion, problem: _Problem) -> Completion:
         for more, fewer in ((own, []), ([], own)):
             if {entry for entry in own if entry in completion.fixed} == set(more):
                 continue
-            expected = problem.to_first_order([e for e in (*completion.fixed, *more) if e not in fewer])
+            expected = estimate.to_first_order([e for e in (*completion.fixed, *more) if e not in fewer])
             if not any(place[1] == coefficient for place in predictions.worse(completion.found.completed, expected)):
                 continue
-            tried = problem.completion((*held, *more), (*released, *fewer))
+            tried = estimate.completion((*held, *more), (*released, *fewer))
             if tried.broke_down or any(entry not in tried.fixed for entry in more):
                 continue
             gained = predictions.worse(completion.found.completed, tried.found.completed)
@@ -169,7 +169,7 @@ def _as_predicted_best(completion: Completion, problem: _Problem) -> Completion:
                 held = [entry for entry in (*held, *more) if entry not in fewer]
                 released = [entry for entry in (*released, *fewer) if entry not in more]
                 completion = tried
-    free = [entry for entry in released if problem.is_hidden(completion.found, entry)]
+    free = [entry for entry in released if estimate.is_hidden(completion.found, entry)]
     return replace(completion, by_validation=(*held, *free))
 
 
