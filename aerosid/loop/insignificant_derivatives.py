@@ -149,6 +149,11 @@ def _as_predicted_best(completion: Completion, estimate: _FreeEstimate) -> Compl
     """
     predictions = estimate.free.predictions
     assert predictions is not None
+
+    def improves(coefficient: str, found: Refinement) -> bool:
+        worse = predictions.worse(completion.found.completed, found)
+        return any(place[1] == coefficient for place in worse)
+
     held: list[Entry] = []
     released: list[Entry] = []
     hidden = [entry for entry in completion.not_shown if entry[1].factors]
@@ -158,14 +163,13 @@ def _as_predicted_best(completion: Completion, estimate: _FreeEstimate) -> Compl
             if {entry for entry in own if entry in completion.fixed} == set(more):
                 continue
             expected = estimate.to_first_order([e for e in (*completion.fixed, *more) if e not in fewer])
-            if not any(place[1] == coefficient for place in predictions.worse(completion.found.completed, expected)):
+            if not improves(coefficient, expected):
                 continue
             tried = estimate.completion((*held, *more), (*released, *fewer))
             if tried.broke_down or any(entry not in tried.fixed for entry in more):
                 continue
-            gained = predictions.worse(completion.found.completed, tried.found.completed)
             lost = predictions.worse(tried.found.completed, completion.found.completed)
-            if not lost and any(place[1] == coefficient for place in gained):
+            if not lost and improves(coefficient, tried.found.completed):
                 held = [entry for entry in (*held, *more) if entry not in fewer]
                 released = [entry for entry in (*released, *fewer) if entry not in more]
                 completion = tried
