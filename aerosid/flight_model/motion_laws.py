@@ -135,6 +135,13 @@ def _static_point(alpha: float, rate: float, star: float, sharpness: float, dela
 
 
 @njit_inline
+def _lagged_point(point: float, before: float, static: float, interval: float, relaxation: float) -> float:
+    """The separation point an interval later, as that in steady flow moves from `before` to `static`."""
+    decay, old, new = lag_weights(interval, relaxation)
+    return float(decay * point + old * before + new * static)
+
+
+@njit_inline
 def _lost_lift(point: float) -> float:
     """Change of the lift by the alpha derivative over that lift."""
     share = 0.5 * (1.0 + np.sqrt(point))
@@ -184,11 +191,7 @@ def _separated_along(
     static = point = 0.0
     for k in range(alpha.shape[0]):
         before, static = static, _static_point(alpha[k], rate[k], star, sharpness, delay)
-        if k == 0:
-            point = static
-        else:
-            decay, old, new = lag_weights(time[k] - time[k - 1], relaxation)
-            point = decay * point + old * before + new * static
+        point = static if k == 0 else _lagged_point(point, before, static, time[k] - time[k - 1], relaxation)
         lost[k] = alpha[k] * _lost_lift(point)
         separated[k] = 1.0 - point
     return lost, separated
@@ -225,8 +228,7 @@ def _separated(
     static = _static_point(alpha, rate, star, sharpness, delay)
     point = static
     if k > 0:
-        decay, old, new = lag_weights(time[k] - time[k - 1], relaxation)
-        point = decay * memory[3] + old * memory[2] + new * static
+        point = _lagged_point(memory[3], memory[2], static, time[k] - time[k - 1], relaxation)
     kept[0], kept[1], kept[2], kept[3] = alpha, memory[0], static, point
     offsets[column] = feedback.slope[n] * alpha * _lost_lift(point)
     for i in range(1, feedback.first_column[n + 1] - column):
