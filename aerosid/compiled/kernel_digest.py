@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 from collections.abc import Callable
 from enum import Enum
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
@@ -17,6 +18,9 @@ from aerosid.compiled import Kernel
 
 # numba carries types in part only.
 _normalized: Callable[[Any], tuple[tuple[Any, ...], Any]] = normalize_signature
+
+_KIND_FLAGS = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS | inspect.CO_GENERATOR
+"""Format: what of a function's flags decides what it computes. numba overwrites the others where a profiler runs."""
 
 
 class UnknownContentError(Exception):
@@ -74,7 +78,7 @@ class _Digests:
     def _code(self, code: CodeType, doc: str | None, known: dict[str, Any], callers: tuple[Any, ...]) -> str:
         parts = [
             code.co_code.hex(),
-            repr((code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)),
+            repr((code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags & _KIND_FLAGS)),
             repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)),
         ]
         for constant in code.co_consts:

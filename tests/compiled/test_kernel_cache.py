@@ -5,6 +5,7 @@ Each test runs interpreters of its own, since a compiled kernel never leaves the
 
 from __future__ import annotations
 
+import cProfile
 import importlib
 import json
 import os
@@ -18,7 +19,7 @@ from pathlib import Path
 import pytest
 
 import aerosid
-from aerosid.compiled import Kernel
+from aerosid.compiled import Kernel, njit
 from aerosid.compiled.kernel_cache import KernelCache
 from aerosid.compiled.kernel_digest import kernel_digest
 
@@ -202,6 +203,19 @@ def test_kernels_inside_the_package_are_used_where_nothing_can_be_written(
     installed = run(folder, tmp_path / "file" / "cache", package.parent)
     assert installed["all"] == 0
     assert installed["values"] == before["values"]
+
+
+def test_a_profiler_leaves_the_content_of_a_kernel_as_it_was() -> None:
+    # A call under one makes numba overwrite the flags of the function's code: kernels called by it were compiled again.
+    @njit
+    def halved(number: float) -> float:
+        return 0.5 * number
+
+    before = kernel_digest(halved)
+    with cProfile.Profile():
+        assert halved(3.0) == 1.5
+
+    assert kernel_digest(halved) == before
 
 
 def test_every_kernel_of_the_package_has_a_known_content() -> None:
