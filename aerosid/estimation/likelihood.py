@@ -33,7 +33,7 @@ from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
-from aerosid.signals.column_products import columns_apart, output_products
+from aerosid.signals.column_products import output_products
 from aerosid.signals.sensor_dynamics import SensorStates
 from aerosid.signals.trace import Trace
 from aerosid.signals.whitening import (
@@ -82,7 +82,7 @@ class Trial(NamedTuple):
     tested: Sequence[ActiveEffect] = ()
 
 
-class _Block(NamedTuple):
+class Block(NamedTuple):
     """As `Whitened`, of one manoeuvre's own parameters; `held` (N, m) where `block` (N, m, 1 + C) is not zero."""
 
     log: int
@@ -187,13 +187,19 @@ class Likelihood:
         OutOfRangeError
             Where the simulation leaves the model's range.
         """
-        for part in self._whitened(Trial(values, states, effects, variance, tested)):
+        for part in self.whitened(Trial(values, states, effects, variance, tested)):
             residual = np.where(part.held, part.block[:, :, 0], np.nan)
             columns = self._in_joint_places(part.block[:, :, 1:], part.log)
             yield Whitened(part.log, residual, columns, part.predicted, part.log_sum)
 
-    def _whitened(self, trial: Trial) -> Iterator[_Block]:
-        """As `stretches`, of each manoeuvre its own columns alone."""
+    def whitened(self, trial: Trial) -> Iterator[Block]:
+        """As `stretches`, of each manoeuvre its own columns alone.
+
+        Raises
+        ------
+        OutOfRangeError
+            Where the simulation leaves the model's range.
+        """
         if trial.values.size != self.model.values.size:
             raise ValueError(f"{trial.values.size} values were given for {self.model.values.size} terms")
         for log in range(len(self.manoeuvres)):
@@ -202,7 +208,7 @@ class Likelihood:
             else:
                 yield from self._simulated(log, trial)
 
-    def _simulated(self, log: int, trial: Trial) -> Iterator[_Block]:
+    def _simulated(self, log: int, trial: Trial) -> Iterator[Block]:
         """Open loop, whitened."""
         whitening: WhiteningCarry | None = None
         for part in self.traced(log, trial.values, trial.states[log], trial.effects, trial.tested):
@@ -211,7 +217,7 @@ class Likelihood:
             if whitening is None:
                 whitening = make_whitening_carry(noise, block.shape[2], trace, part.sensors)
             log_sum = whiten_stretch(part.held, block, trace, trial.variance, noise, part.sensors, whitening)
-            yield _Block(log, part.held, block, part.trace.outputs, float(log_sum))
+            yield Block(log, part.held, block, part.trace.outputs, float(log_sum))
 
     def traced(
         self,
@@ -272,7 +278,7 @@ class Likelihood:
             block[:, :, 0] = np.where(here, flight.measured[begin:stop] - trace.outputs, 0.0)
             yield Traced(here, block, trace, noise, sensors)
 
-    def _predicted(self, log: int, trial: Trial) -> Iterator[_Block]:
+    def _predicted(self, log: int, trial: Trial) -> Iterator[Block]:
         """One step ahead, the filter's gain holding the prediction to the data; no effect is free, tested or not."""
         model = acting_model(self.model, trial.effects)
         flight, _ = acting_flight(model, self.manoeuvres[log], trial.effects)
@@ -294,7 +300,7 @@ class Likelihood:
                 raise OutOfRangeError
             still = np.zeros((stop - begin, self.output_count, parameters))
             block = np.concatenate([np.nan_to_num(white)[:, :, None], columns, still], axis=2)
-            yield _Block(log, np.isfinite(white), block, predicted, float(log_sum))
+            yield Block(log, np.isfinite(white), block, predicted, float(log_sum))
 
     def _in_joint_places(self, columns: NDArray[np.float64], log: int) -> NDArray[np.float64]:
         """The columns of one manoeuvre in the places of the joint parameter vector."""
@@ -303,10 +309,10 @@ class Likelihood:
             return columns
         count = columns.shape[2] + self.state_count * (logs - 1)
         wide = np.zeros((*columns.shape[:2], count))
-        wide[:, :, self._places(log, count)] = columns
+        wide[:, :, self.places(log, count)] = columns
         return wide
 
-    def _places(self, log: int, count: int) -> NDArray[np.int64]:
+    def places(self, log: int, count: int) -> NDArray[np.int64]:
         """The places of one manoeuvre's own columns among the `count` joint parameters."""
         size = self.state_count
         first, last = self.free.size + size * log, self.free.size + size * len(self.manoeuvres)
@@ -319,27 +325,18 @@ class Likelihood:
         states: Sequence[NDArray[np.float64]],
         effects: Sequence[ActiveEffect],
         variance: NDArray[np.float64],
-        tested: Sequence[ActiveEffect] = (),
-        apart: Sequence[Sequence[int]] = (),
     ) -> Point | None:
-        """Likelihood, gradient and information; None where the simulation leaves the model's range.
-
-        `tested` effects do not act: only their derivatives are computed, which come last. `apart` are groups of
-        parameters tested separately: the information between two of them is left zero.
-        """
-        count = self.parameter_count((*effects, *tested))
+        """Likelihood, gradient and information; None where the simulation leaves the model's range."""
+        count = self.parameter_count(effects)
         outputs = self.output_count
         normals, gradients = np.zeros((outputs, count, count)), np.zeros((outputs, count))
         squares, counts = np.zeros(outputs), np.zeros(outputs)
         cost = 0.0
         try:
-            for part in self._whitened(Trial(values, states, effects, variance, tested)):
+            for part in self.whitened(Trial(values, states, effects, variance)):
                 held = np.count_nonzero(part.held, axis=0)
-                places = self._places(part.log, count)
-                columns = np.full(count, -1)
-                columns[places] = 1 + np.arange(places.size)
-                groups = columns_apart(1 + places.size, [columns[list(g)].tolist() for g in apart]) if apart else None
-                products = output_products(part.block, np.flatnonzero(held), groups)
+                places = self.places(part.log, count)
+                products = output_products(part.block, np.flatnonzero(held))
                 squares += products[:, 0, 0]
                 gradients[:, places] += products[:, 0, 1:]
                 if len(self.manoeuvres) == 1:

@@ -18,10 +18,11 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
-from aerosid.estimation.likelihood import Likelihood
+from aerosid.estimation.likelihood import Likelihood, Trial
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
+from aerosid.estimation.tested_point import TestedPoint, tested_point
 from aerosid.flight_model.aerodynamics import Entry
 
 
@@ -125,11 +126,14 @@ class Linearised:
             column += count
         samples = max(manoeuvre.flight.time.size for manoeuvre in manoeuvres)
         most = max(room // (refinement.variance.size * samples) - self.own.size, 1)
-        self.point = self._beside(manoeuvres, [chord for _, chord, _ in asked], column, most)
-        self.normal, self.gradient = self.point.normals.sum(axis=0), self.point.gradients.sum(axis=0)
+        tested = self._tested(manoeuvres, [chord for _, chord, _ in asked], column, most)
+        self._tested_point = tested
+        self.normal, self.gradient = tested.information, tested.gradients.sum(axis=0)
         self.present = self.own[np.diag(self.normal)[self.own] > 0.0]
 
-    def _beside(self, manoeuvres: Sequence[Manoeuvre], chords: Sequence[Hypothesis], count: int, most: int) -> Point:
+    def _tested(
+        self, manoeuvres: Sequence[Manoeuvre], chords: Sequence[Hypothesis], count: int, most: int
+    ) -> TestedPoint:
         """The likelihood in all `count` parameters, from simulations with at most `most` columns of hypotheses each."""
         batches: list[list[int]] = [[]]
         held = 0
@@ -139,26 +143,18 @@ class Linearised:
                 held = 0
             batches[-1].append(n)
             held += len(columns)
-        places, part = self._batch(manoeuvres, chords, batches[0])
+        places, whole = self._batch(manoeuvres, chords, batches[0])
         if len(batches) == 1:
-            return part
-        outputs = self.refinement.variance.size
-        whole = replace(
-            part,
-            normals=np.zeros((outputs, count, count)),
-            gradients=np.zeros((outputs, count)),
-            prior_normal=np.zeros((count, count)),
-            prior_gradient=np.zeros(count),
-        )
-        _insert(whole, part, places)
+            return whole
+        whole = whole.among(places, count)
         for batch in batches[1:]:
             places, part = self._batch(manoeuvres, chords, batch)
-            _insert(whole, part, places)
+            whole = whole.beside(part.among(places, count))
         return whole
 
     def _batch(
         self, manoeuvres: Sequence[Manoeuvre], chords: Sequence[Hypothesis], batch: Sequence[int]
-    ) -> tuple[NDArray[np.int64], Point]:
+    ) -> tuple[NDArray[np.int64], TestedPoint]:
         """The places, in rising order, of the estimate's parameters and of a batch's, and the likelihood in them."""
         entries = list(dict.fromkeys(entry for n in batch for entry in chords[n].entries))
         tested = [active for n in batch for active in chords[n].effects]
@@ -168,7 +164,8 @@ class Linearised:
         places = np.array([*self.own[:free], *added, *self.own[free:], *columns], dtype=np.int64)
         here = {int(place): n for n, place in enumerate(places)}
         groups = [[here[c] for c in self.asked[n][1]] for n in batch]
-        return places, _extended_point(self.refinement, manoeuvres, entries, tested, groups)
+        own = np.array([here[int(place)] for place in self.own], dtype=np.int64)
+        return places, _extended_point(self.refinement, manoeuvres, entries, tested, own, groups)
 
     def with_terms(self, entries: Sequence[Entry]) -> Point:
         """The likelihood of the estimate with further terms of zero value, in the parameters of that structure.
@@ -176,23 +173,22 @@ class Linearised:
         The terms, which come after the free ones of the estimate, are of one of the hypotheses. The values are left to
         the caller, who knows the order of the model's terms.
         """
-        free = len(self.refinement.free)
-        added = np.array([self.place[entry] for entry in entries], dtype=np.int64)
-        return _part(self.point, np.concatenate([self.own[:free], added, self.own[free:]]))
+        return self._tested_point.with_parameters([self.place[entry] for entry in entries])
 
     def without_terms(self, entries: Sequence[Entry]) -> Point:
         """The linearised likelihood with free terms removed; values as in `with_terms`."""
+        point = self._tested_point.point
         struck = np.array([self.refinement.free.index(entry) for entry in entries], dtype=np.int64)
-        change = np.zeros(self.normal.shape[0])
+        change = np.zeros(self.own.size)
         change[struck] = [-self.refinement.model.value(entry) for entry in entries]
-        squares = self.point.squares_after(change)
+        squares = point.squares_after(change)
         moved = replace(
-            self.point,
+            point,
             squares=squares,
-            cost=self.point.cost + float(np.sum(squares - self.point.squares)),
-            gradients=self.point.gradients - self.point.normals @ change,
+            cost=point.cost + float(np.sum(squares - point.squares)),
+            gradients=point.gradients - point.normals @ change,
         )
-        return _part(moved, np.setdiff1d(self.own, struck, assume_unique=True))
+        return _part(moved, np.setdiff1d(np.arange(self.own.size), struck, assume_unique=True))
 
     def scores(self) -> tuple[Score, ...]:
         """The score of each hypothesis alone, greatest first."""
@@ -259,25 +255,18 @@ def _extended_point(
     manoeuvres: Sequence[Manoeuvre],
     entries: Sequence[Entry],
     tested: Sequence[ActiveEffect],
+    own: NDArray[np.int64],
     groups: Sequence[Sequence[int]],
-) -> Point:
+) -> TestedPoint:
     """The likelihood at an estimate, with the derivatives of its parameters and of all that is tested, in groups."""
     model = refinement.model.extended(entries)
     likelihood = Likelihood(model, tuple(manoeuvres), (*refinement.free, *entries))
     likelihood.held_to_data = refinement.held_to_data
-    at = refinement.states, refinement.effects, refinement.variance
-    point = likelihood.evaluate(model.values, *at, tested, groups)
-    if point is None:
+    trial = Trial(model.values, refinement.states, refinement.effects, refinement.variance, tested)
+    found = tested_point(likelihood, trial, own, groups)
+    if not np.isfinite(found.point.cost):
         raise OutOfRangeError
-    return replace(point, values=np.array(refinement.model.values))
-
-
-def _insert(whole: Point, part: Point, places: NDArray[np.int64]) -> None:
-    """Insert a batch into the likelihood in all parameters; products of the estimate's own are in every batch."""
-    inside = places[:, None], places
-    for known, found in zip(whole.normals, part.normals, strict=True):
-        known[inside] = np.where(known[inside] != 0.0, known[inside], found)
-    whole.gradients[:, places] = part.gradients
+    return replace(found, point=replace(found.point, values=np.array(refinement.model.values)))
 
 
 def _part(point: Point, places: NDArray[np.int64]) -> Point:

@@ -127,16 +127,17 @@ def test_scores_computed_in_batches_equal_those_computed_at_once(search: tuple[S
     model = at.model.extended([entry for hypothesis in candidates for entry in hypothesis.entries])
     chords = [chord for hypothesis, _, trial in whole.asked for chord in (hypothesis.by_chord(trial),)]
     free = (*at.free, *(entry for entry in whole.place))
-    dense = Likelihood(model, found.manoeuvres, free).evaluate(
-        model.values, at.states, at.effects, at.variance, [active for chord in chords for active in chord.effects]
-    )
-    assert dense is not None
-    together = dense.normals.sum(axis=0)
+    tested = [active for chord in chords for active in chord.effects]
+    dense = Likelihood(model, found.manoeuvres, free)
+    together, gradient = np.zeros_like(whole.normal), np.zeros_like(whole.gradient)
+    for part in dense.stretches(model.values, at.states, at.effects, at.variance, tested):
+        together += np.einsum("nmi,nmj->ij", part.columns, part.columns, optimize=True)
+        gradient += np.einsum("nm,nmi->i", np.nan_to_num(part.residual), part.columns)
     np.testing.assert_allclose(whole.normal[whole.own], together[whole.own], rtol=1e-9, atol=1e-6)
     for _, columns, _ in whole.asked:
         inside = np.ix_(columns, columns)
         np.testing.assert_allclose(whole.normal[inside], together[inside], rtol=1e-9)
-    np.testing.assert_allclose(whole.gradient, dense.gradients.sum(axis=0), rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(whole.gradient, gradient, rtol=1e-9, atol=1e-6)
 
 
 def test_variance_inflation_of_coloured_residuals_raises_the_gain_that_a_parameter_needs(
