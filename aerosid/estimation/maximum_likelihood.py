@@ -54,6 +54,8 @@ class Refinement:
         Effects as they act on logs that were not fitted, stored at first use: by name, start and samples.
     on_others : dict
         The structure re-estimated on such logs, None where no estimate exists, likewise.
+    reduced : dict
+        Re-estimates without some parts, stored at first use: by the terms and effects that are left.
     """
 
     model: AerodynamicModel
@@ -70,6 +72,9 @@ class Refinement:
         init=False, default_factory=dict, repr=False, compare=False
     )
     on_others: dict[tuple[str, float, int], Refinement | None] = field(
+        init=False, default_factory=dict, repr=False, compare=False
+    )
+    reduced: dict[tuple[tuple[Entry, ...], tuple[ActiveEffect, ...]], Refinement] = field(
         init=False, default_factory=dict, repr=False, compare=False
     )
 

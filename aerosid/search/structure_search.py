@@ -56,6 +56,7 @@ class StructureSearch:
         self.declared_entries = frozenset(declared.free)
         self.settings = settings
         self.last_linearised: tuple[Refinement, Linearised] | None = None
+        self.linearised_declared: tuple[Refinement, Linearised] | None = None
         self.last_linearised_alone: tuple[Refinement, Linearised] | None = None
         self.last_deviations: tuple[Refinement, Deviations] | None = None
         self.last_unexplained: tuple[Refinement, tuple[str, ...]] | None = None
@@ -214,18 +215,25 @@ class StructureSearch:
         return replace(current, model=with_offsets(current.model, self.step_coefficients))
 
     def linearised_with_candidates(self, current: Refinement) -> Linearised:
-        """Second-order expansion of the likelihood with all candidates; that of the last estimate is stored."""
+        """Second-order expansion of the likelihood with all candidates.
+
+        Those of the last estimate and of the declared structure, to which a search returns, are stored.
+        """
+        if self.linearised_declared is not None and current is self.declared:
+            self.last_linearised = self.linearised_declared
         if self.last_linearised is None or self.last_linearised[0] is not current:
             candidates = self.candidate_hypotheses(current)
             self.last_linearised = (
                 current,
                 Linearised(self.with_candidate_columns(current, candidates), self.manoeuvres, candidates),
             )
+        if current is self.declared:
+            self.linearised_declared = self.last_linearised
         return self.last_linearised[1]
 
     def linearised_alone(self, current: Refinement) -> Linearised:
         """Second-order expansion of the likelihood, without candidates unless one with them is stored."""
-        for known in (self.last_linearised, self.last_linearised_alone):
+        for known in (self.last_linearised, self.linearised_declared, self.last_linearised_alone):
             if known is not None and known[0] is current:
                 return known[1]
         self.last_linearised_alone = current, Linearised(current, self.manoeuvres, ())
@@ -243,14 +251,27 @@ class StructureSearch:
         )
 
     def re_estimated_without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
-        """The re-estimated structure without some parts."""
+        """The re-estimated structure without some parts; the declared one's estimate where nothing else is left."""
         reduced = self.reduced_structure(current, parts)
-        entries = [part.entry for part in parts if part.entry is not None]
+        if self._is_declared(reduced):
+            return self.declared
+        structure = reduced.free, reduced.effects
+        if structure not in current.reduced:
+            current.reduced[structure] = self._reduced_fit(current, reduced, parts)
+        return current.reduced[structure]
 
+    def _is_declared(self, reduced: Refinement) -> bool:
+        """Whether a structure is the declared one, of which an estimate is known."""
+        declared = self.declared
+        same = (reduced.free, reduced.effects) == (declared.free, declared.effects)
+        return same and declared.converged and reduced.held_to_data == declared.held_to_data == 0.0
+
+    def _reduced_fit(self, current: Refinement, reduced: Refinement, parts: Sequence[Part]) -> Refinement:
         if current.effects or current.held_to_data > 0.0:
             return refine_on(reduced, self.manoeuvres, TRIAL)
         known = self.reduced_fits.get((reduced.free, reduced.model.columns))
         if known is None:
+            entries = [part.entry for part in parts if part.entry is not None]
             near = self.linearised_alone(current).without_terms(entries)
             point = replace(near, values=np.array(reduced.model.values))
             known = refine_on(reduced, self.manoeuvres, TRIAL, point=point)

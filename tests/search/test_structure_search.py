@@ -37,7 +37,7 @@ def test_re_estimation_without_a_term_equals_an_independent_estimate(
     search: tuple[StructureSearch, Refinement], known: bool
 ) -> None:
     """Also where the linearisation has the columns of step changes, which the estimate's model has not."""
-    found, current = search
+    found, current = search[0], replace(search[1])  # none of whose parts was removed before
     found.reduced_fits.clear()
     if known:
         assert len(found.linearised_with_candidates(current).refinement.model.values) > len(current.model.values)
@@ -59,17 +59,30 @@ def test_re_estimation_without_a_term_equals_an_independent_estimate(
 def test_a_structure_that_converged_in_a_trial_is_not_fitted_again(
     search: tuple[StructureSearch, Refinement],
 ) -> None:
-    found, current = search
+    found, current = search[0], replace(search[1])  # none of whose parts was removed before
     found.reduced_fits.clear()
     part = next(part for part in found.parts(current, None) if part.entry == SQUARES[0])
     again = found.re_estimated_without(current, [part])
     found.reduced_fits.clear()
+    current = replace(current)
     model = found.declared.model.extended(SQUARES[1:])
     trial = refine(model, found.manoeuvres, (*found.declared.free, SQUARES[1]), settings=TRIAL)
     given_up = replace(trial, cost=trial.cost - 100.0, converged=False)
     found.store_trials([given_up, trial, replace(trial, cost=trial.cost + 1.0)])
     assert found.re_estimated_without(current, [part]) is trial
     assert trial.cost == pytest.approx(again.cost, abs=USUAL.reach)
+
+
+def test_without_all_that_was_added_the_declared_structure_keeps_its_estimate(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found, current = search
+    assert found.declared.converged
+    assert found.re_estimated_without(current, found.parts(current, None)) is found.declared
+    # Not where that never converged.
+    unfinished = replace(found.declared, converged=False)
+    other = StructureSearch(found.manoeuvres, found.hypotheses, LIGHT.coefficients, unfinished, USUAL)
+    assert other.re_estimated_without(replace(current), other.parts(current, None)) is not unfinished
 
 
 def test_a_trial_continued_from_its_linearisation_converges_to_the_same_estimate(

@@ -55,7 +55,7 @@ def prediction_gains(found: Attribution, search: StructureSearch, *unseen: Seque
 
     def gains_of(part: Part) -> list[float | None]:
         try:
-            lacking = _re_estimated(found, search.reduced_structure(found.completed, [part]), search)
+            lacking = _re_estimated_without(found, part, search)
             return [
                 _gain(errors, _errors(lacking, flights, found.completed))
                 for errors, flights in zip(complete, unseen, strict=True)
@@ -70,15 +70,16 @@ def prediction_gains(found: Attribution, search: StructureSearch, *unseen: Seque
     )
 
 
-def _re_estimated(found: Attribution, lacking: Refinement, search: StructureSearch) -> Refinement:
-    """A reduced structure re-estimated by the estimator of the values, in fewer steps where that is the likelihood.
+def _re_estimated_without(found: Attribution, part: Part, search: StructureSearch) -> Refinement:
+    """The structure without a part, by the estimator of the values, in fewer steps where that is the likelihood.
 
     By any other, the gain contains what sets the estimators apart: a regression's values become those of the
     turbulence, and records with constants of their own in common ones pull the derivatives towards their trims.
     """
     if found.re_estimator is not None:
-        return found.re_estimator(lacking)
-    return refine_on(lacking, search.manoeuvres, WRONG_STRUCTURE)
+        return found.re_estimator(search.reduced_structure(found.completed, [part]))
+    near = search.re_estimated_without(found.completed, [part])
+    return near if near is search.declared else refine_on(near, search.manoeuvres, WRONG_STRUCTURE)
 
 
 def _gain(complete: _Errors, lacking: _Errors) -> float | None:
