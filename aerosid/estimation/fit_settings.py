@@ -111,11 +111,14 @@ class NoiseSearchSettings:
         Quasi-Newton steps between two updates of the motion.
     least_fall : float
         Decrease of -2 ln L from which the motion is updated again. Chosen.
+    difference : float
+        Relative step, 1, of a disturbance's parameter from which the slope of its noise is taken. Chosen.
     """
 
     widest: float = 1e5
     turns: int = 20
     least_fall: float = 1e-2
+    difference: float = 1e-6
 
 
 NOISE_SEARCH = NoiseSearchSettings()

@@ -34,15 +34,10 @@ from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
 from aerosid.signals.column_products import output_products
+from aerosid.signals.input_noise import InputNoise, noisy_inputs_alone
 from aerosid.signals.sensor_dynamics import SensorStates
 from aerosid.signals.trace import Trace
-from aerosid.signals.whitening import (
-    InputNoise,
-    WhiteningCarry,
-    make_whitening_carry,
-    noisy_inputs_alone,
-    whiten_stretch,
-)
+from aerosid.signals.whitening import WhiteningCarry, make_whitening_carry, whiten_stretch
 
 STRETCH = 20_000
 """Numerical: samples whose sensitivities are held at once; bounds the memory, which is linear in the record's

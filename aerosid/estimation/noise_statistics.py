@@ -18,9 +18,10 @@ from aerosid.estimation.fit_settings import NOISE_SEARCH
 from aerosid.estimation.likelihood import Likelihood, Traced
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.signals.factor_search import search_in_logarithms
+from aerosid.signals.factor_search import search_by_slopes
+from aerosid.signals.input_noise import InputNoise
+from aerosid.signals.noise_slopes import noise_slopes
 from aerosid.signals.trace import among_inputs
-from aerosid.signals.whitening import InputNoise, make_whitening_carry, whiten_stretch
 
 
 def estimate_noise_statistics(likelihood: Likelihood, point: Point, *, hold_variance: bool = False) -> Point:
@@ -37,8 +38,9 @@ def estimate_noise_statistics(likelihood: Likelihood, point: Point, *, hold_vari
 
     Notes
     -----
-    The motion does not depend on the noise: it is simulated once, and each trial whitens one column. Quasi-Newton steps
-    in the logarithms of the parameters, derivatives by finite differences.
+    The motion does not depend on the noise: it is simulated once, and each trial filters one residual. Quasi-Newton
+    steps in the logarithms of the parameters. The slopes by the noise are exact, those of the noise by the parameters,
+    which cost no filter, differences.
     """
     places = [n for n, active in enumerate(point.effects) if isinstance(active.effect, NoiseEffect)]
     numbers = [value for n in places for value in point.effects[n].values]
@@ -57,23 +59,28 @@ def estimate_noise_statistics(likelihood: Likelihood, point: Point, *, hold_vari
         variance[moving] = list(values)
         return effects, variance
 
-    def cost(trial: tuple[float, ...]) -> float:
+    def cost(trial: tuple[float, ...]) -> tuple[float, NDArray[np.float64]]:
         effects, variance = unpacked(trial)
-        total = 0.0
-        for manoeuvre, parts in zip(likelihood.manoeuvres, flights, strict=True):
+        total, slopes = 0.0, np.zeros(len(trial))
+        for manoeuvre, part in zip(likelihood.manoeuvres, flights, strict=True):
             noise = _noise(likelihood, manoeuvre, effects, noisy)
-            carry = make_whitening_carry(noise, 1, parts[0].trace, parts[0].sensors)
-            for part in parts:
-                column = part.block[:, :, :1].copy()
-                total += whiten_stretch(part.held, column, part.trace, variance, noise, part.sensors, carry)
-                total += float(np.sum(column[part.held] ** 2))
-        return total
+            found = noise_slopes(part.held, part.block[:, :, 0], part.trace, variance, noise, part.sensors)
+            total += found.cost
+            slopes[len(numbers) :] += found.by_output[moving]
+            for i in range(len(numbers)):
+                step = NOISE_SEARCH.difference * trial[i]
+                moved = _noise(
+                    likelihood, manoeuvre, unpacked((*trial[:i], trial[i] + step, *trial[i + 1 :]))[0], noisy
+                )
+                slopes[i] += found.by_variance @ (moved.variance - noise.variance) / step
+                slopes[i] += found.by_memory @ (moved.memory - noise.memory) / step
+        return total, slopes
 
     now = point.variance[moving]
     lowest = np.minimum(np.maximum(now / NOISE_SEARCH.widest, likelihood.variance_floor[moving]), now)
     limits += list(zip(lowest.tolist(), (now * NOISE_SEARCH.widest).tolist(), strict=True))
     start = (*numbers, *now.tolist())
-    found = search_in_logarithms(cost, start, limits, NOISE_SEARCH.least_fall, NOISE_SEARCH.turns)
+    found = search_by_slopes(cost, start, limits, NOISE_SEARCH.least_fall, NOISE_SEARCH.turns)
     if found is start:
         return point
     effects, variance = unpacked(found)
@@ -95,12 +102,9 @@ def _noise(
     return InputNoise(noise.variance[noisy], noise.memory[noisy])
 
 
-def _simulated(likelihood: Likelihood, point: Point, noisy: NDArray[np.int64]) -> list[list[Traced]]:
+def _simulated(likelihood: Likelihood, point: Point, noisy: NDArray[np.int64]) -> list[Traced]:
     """Every manoeuvre's motion, without columns, and its sensitivities to the noisy inputs."""
     plain = Likelihood(likelihood.model, likelihood.manoeuvres, (), likelihood.filtering)
     effects = [active if isinstance(active.effect, NoiseEffect) else frozen(active) for active in point.effects]
-
-    return [
-        [replace(part, trace=among_inputs(part.trace, noisy)) for part in plain.traced(n, point.values, state, effects)]
-        for n, state in enumerate(point.states)
-    ]
+    whole = [next(plain.traced(n, point.values, state, effects, whole=True)) for n, state in enumerate(point.states)]
+    return [replace(part, trace=among_inputs(part.trace, noisy)) for part in whole]

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from aerosid.compiled import njit
 from aerosid.signals.array_elements import copy_rows, multiply_in_place
+from aerosid.signals.input_noise import InputNoise
 from aerosid.signals.sensor_dynamics import SensorStates, read_row
 from aerosid.signals.trace import Trace
-from aerosid.signals.whitening import InputNoise, propagate, propagate_with_sensors, step_with_sensors
+from aerosid.signals.whitening import propagate, propagate_with_sensors, step_with_sensors
 
 
 @njit

@@ -14,29 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.signals.input_noise import InputNoise, initial_covariance
 from aerosid.signals.sensor_dynamics import SensorStates, read_row
-from aerosid.signals.trace import StateSizes, Trace, among_inputs, carry_columns
-
-
-class InputNoise(NamedTuple):
-    """Noise of the extra inputs: `variance` (E) of each sample, SI squared; `memory` (E) its correlation with the last.
-
-    memory 0 is white (a measured surface); exp(-dt/T) a disturbance with correlation time T that no channel shows.
-    """
-
-    variance: NDArray[np.float64]
-    memory: NDArray[np.float64]
-
-
-def noisy_inputs_alone(noise: InputNoise, trace: Trace) -> tuple[InputNoise, Trace]:
-    """The noise, and the linearisation along a stretch, without the inputs that are free of noise.
-
-    They change nothing, and the work of whitening grows with the square of how many there are.
-    """
-    noisy = np.flatnonzero(noise.variance > 0.0)
-    if noisy.size == noise.variance.size:
-        return noise, trace
-    return InputNoise(noise.variance[noisy], noise.memory[noisy]), among_inputs(trace, noisy)
+from aerosid.signals.trace import StateSizes, Trace, carry_columns
 
 
 class WhiteningCarry(NamedTuple):
@@ -54,21 +34,6 @@ def make_whitening_carry(noise: InputNoise, columns: int, trace: Trace, sensors:
     states = trace.outputs_x.shape[2]
     covariance = initial_covariance(np.zeros((states, states)), noise, trace, sensors)
     return WhiteningCarry(np.zeros((covariance.shape[0], columns)), covariance)
-
-
-def initial_covariance(
-    state_covariance: NDArray[np.float64], noise: InputNoise, trace: Trace, sensors: SensorStates
-) -> NDArray[np.float64]:
-    """Covariance (S, S) of states, input errors and sensors' states at the first sample, where sensors are at rest."""
-    states, extra = state_covariance.shape[0], noise.variance.size
-    plain = np.zeros((states + extra, states + extra))
-    plain[:states, :states] = state_covariance
-    plain[states:, states:] = np.diag(noise.variance)
-    if sensors.source.size == 0:
-        return plain
-    shown = np.concatenate([trace.outputs_x[0], trace.outputs_u[0]], axis=1)
-    whole = np.vstack([np.eye(plain.shape[0]), sensors.steady[:, None] * shown[sensors.source]])
-    return np.ascontiguousarray(whole @ plain @ whole.T)
 
 
 @njit

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from aerosid.signals.input_noise import InputNoise, noisy_inputs_alone
 from aerosid.signals.sensor_dynamics import no_sensor_states
 from aerosid.signals.trace import StateSizes, Trace
-from aerosid.signals.whitening import InputNoise, make_whitening_carry, noisy_inputs_alone, whiten_stretch
+from aerosid.signals.whitening import make_whitening_carry, whiten_stretch
 
 SAMPLES, EXTRA, WIDTH = 40, 3, 7
 
@@ -49,14 +50,14 @@ def test_inputs_without_noise_change_nothing(noisy: list[int], memory: float) ->
         assert_allclose(other, one, rtol=1e-9, atol=1e-12)
     if noisy:
         # Independent of the filter: the residuals' covariance from the whole history of the inputs' errors.
-        whole = _dense(trace, noise, held, 0.02)
+        whole = dense_covariance(trace, noise, held, np.full(8, 0.02))
         wanted = np.linalg.solve(np.linalg.cholesky(whole), columns[held])
         assert_allclose(found[1][0][held], wanted, rtol=1e-7, atol=1e-9)
         assert found[1][1] == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-9)
 
 
-def _dense(trace: Trace, noise: InputNoise, held: np.ndarray, variance: float) -> np.ndarray:
-    """Covariance of all that was measured, each input error w with its own, w+ = m w + v."""
+def dense_covariance(trace: Trace, noise: InputNoise, held: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Covariance of all that was measured, with the outputs' variances (8,), each input error being w+ = m w + v."""
     lags = np.abs(np.subtract.outer(np.arange(SAMPLES), np.arange(SAMPLES)))
     by_errors = np.zeros((SAMPLES, 8, SAMPLES, EXTRA))
     state = np.zeros((5, SAMPLES, EXTRA))
@@ -68,7 +69,7 @@ def _dense(trace: Trace, noise: InputNoise, held: np.ndarray, variance: float) -
         if k + 1 < SAMPLES:
             state[:, k + 1] += trace.end[k]
     rows = by_errors[held]
-    total = variance * np.eye(rows.shape[0])
+    total = np.diag(np.broadcast_to(variance, held.shape)[held])
     for j in range(EXTRA):
         colour = noise.variance[j] * noise.memory[j] ** lags if noise.memory[j] else noise.variance[j] * np.eye(SAMPLES)
         total += rows[:, :, j] @ colour @ rows[:, :, j].T

@@ -25,10 +25,11 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.signals.correlation import correlation
-from aerosid.signals.factor_search import search_in_logarithms
+from aerosid.signals.factor_search import search_by_slopes
+from aerosid.signals.input_noise import InputNoise, initial_covariance
+from aerosid.signals.noise_slopes import noise_slopes
 from aerosid.signals.smoothing import smooth_inputs
 from aerosid.signals.trace import among_inputs
-from aerosid.signals.whitening import InputNoise, initial_covariance, make_whitening_carry, whiten_stretch
 
 
 @dataclass(frozen=True)
@@ -218,19 +219,21 @@ def _likeliest(
     noisy = [np.union1d(np.flatnonzero(part.noise.variance > 0.0), offsets) for part in flights]
     traces = [among_inputs(part.trace, places) for part, places in zip(flights, noisy, strict=True)]
 
-    def cost(numbers: Sequence[float]) -> float:
-        total = 0.0
+    def cost(numbers: tuple[float, ...]) -> tuple[float, NDArray[np.float64]]:
+        total, by_numbers = 0.0, np.zeros(len(numbers))
+        spreads, memories = np.split(np.array(numbers), 2)
         for part, trace, places, columns, interval in zip(flights, traces, noisy, asked, intervals, strict=True):
             whole = _with_forces(part.noise, offsets, coefficients, numbers, interval)
             noise = InputNoise(whole.variance[places], whole.memory[places])
-            block = columns[:, :, :1].copy()
-            carry = make_whitening_carry(noise, 1, trace, part.sensors)
-            total += whiten_stretch(part.held, block, trace, output_variance, noise, part.sensors, carry)
-            total += float(np.sum(block[part.held] ** 2))
-        return total
+            found = noise_slopes(part.held, columns[:, :, 0], trace, output_variance, noise, part.sensors)
+            total += found.cost
+            own = np.searchsorted(places, offsets)
+            by_numbers[: len(offsets)] += 2.0 * spreads * found.by_variance[own]
+            by_numbers[len(offsets) :] += found.by_memory[own] * noise.memory[own] * interval / memories**2
+        return total, by_numbers
 
     limits = [(parameter.lowest, parameter.highest) for parameter in parameters]
-    return search_in_logarithms(cost, start, limits, least_fall=0.1, settled=0.01)
+    return search_by_slopes(cost, start, limits, least_fall=0.1, settled=0.01)
 
 
 def smoothed_histories(

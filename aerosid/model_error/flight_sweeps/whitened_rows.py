@@ -17,15 +17,10 @@ from aerosid.estimation.effect_columns import air_columns
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.model_error.flight_sweeps.flights_in_error import FlightsInError, FlownError
 from aerosid.model_error.flight_sweeps.swept_model import ErrorStatistics, Rows, SweptModel
+from aerosid.signals.input_noise import InputNoise, initial_covariance, noisy_inputs_alone
 from aerosid.signals.smoothing import smooth_inputs
 from aerosid.signals.trace import Trace
-from aerosid.signals.whitening import (
-    InputNoise,
-    initial_covariance,
-    make_whitening_carry,
-    noisy_inputs_alone,
-    whiten_stretch,
-)
+from aerosid.signals.whitening import make_whitening_carry, whiten_stretch
 
 Array = NDArray[np.float64]
 

@@ -19,10 +19,10 @@ from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.model_error.aircraft_error.force_history import ForceHistory, smooth_forces, smoothed_histories
 from aerosid.signals.delay_and_lag import lagged
+from aerosid.signals.input_noise import InputNoise, initial_covariance
 from aerosid.signals.sensor_dynamics import SensorDynamics, lagging, scaled, sensor_states
 from aerosid.signals.smoothing import smooth_inputs
 from aerosid.signals.trace import StateSizes, Trace
-from aerosid.signals.whitening import InputNoise, initial_covariance
 
 Array = NDArray[np.float64]
 COEFFICIENTS = ("C_X", "C_Z", "C_m")
