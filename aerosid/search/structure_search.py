@@ -261,10 +261,11 @@ class StructureSearch:
         return current.reduced[structure]
 
     def _is_declared(self, reduced: Refinement) -> bool:
-        """Whether a structure is the declared one, of which an estimate is known."""
+        """Whether a structure is the declared one, of which an estimate by the same likelihood is known."""
         declared = self.declared
-        same = (reduced.free, reduced.effects) == (declared.free, declared.effects)
-        return same and declared.converged and reduced.held_to_data == declared.held_to_data == 0.0
+        if not declared.converged or declared.has_priors or declared.held_to_data > 0.0 or reduced.held_to_data > 0.0:
+            return False
+        return (reduced.free, reduced.effects) == (declared.free, declared.effects)
 
     def _reduced_fit(self, current: Refinement, reduced: Refinement, parts: Sequence[Part]) -> Refinement:
         if current.effects or current.held_to_data > 0.0:
