@@ -65,6 +65,7 @@ from aerosid.equation_error.selection.regressor_errors import (
 from aerosid.equation_error.selection.replication import replicated_effects
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
+from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import (
     EffectEstimate,
     confirmed_unknowns,
@@ -120,6 +121,8 @@ class EquationErrorDecision:
         Step changes of validation and further records, by the name of each record.
     regressor_errors : tuple of RegressorErrors
         Coefficients whose derivatives errors in the regressors bias.
+    vane : IdentifiedVane or None
+        A vane whose position was identified beside its time delay.
     """
 
     findings: tuple[EffectEstimate, ...]
@@ -141,6 +144,7 @@ class EquationErrorDecision:
     uncertain_scales: tuple[ActiveEffect, ...] = ()
     level_shifts: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict)
     regressor_errors: tuple[RegressorErrors, ...] = ()
+    vane: IdentifiedVane | None = None
 
     def with_instruments_held(self, effects: Iterable[ActiveEffect]) -> tuple[ActiveEffect, ...]:
         """Some effects of the completed structure, those that kinematics identified held at their values."""
@@ -170,28 +174,30 @@ def decide(
     settings = errors.selected.estimate.problem.settings
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
     joint = selected_jointly(errors, errors.selected, tuple(coefficients), values)
-    identified, other_delays, search, outcome = joint
+    identified, other_delays, search, outcome, vane = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     accepted, refuted = _accepted_structure(identified, search, outcome)
     structure, on_fitted, regressed, completed, covariance, biased = accepted
-    fitted_estimate, chosen = on_fitted.estimate, (*identified.chosen, *structure.chosen)
+    fitted_estimate, chosen = on_fitted.estimate, (*joint.instrument_errors, *structure.chosen)
     jointly = [each.hypothesis for each in structure.chosen if distinct_name(each.hypothesis) in evidence]
     of_errors, of_structure = (
         competing_alternatives(identified, [h for h in hypotheses if is_instrument_error(h)]),
         competing_alternatives(structure, search.hypotheses_except(refuted)),
     )
-    gains = {**gains_by_deletion(identified), **_gains_with_evidence(structure, jointly, evidence)}
+    gains = {each.hypothesis.label: each.gain for each in joint.instrument_errors}
+    gains |= {**gains_by_deletion(identified), **_gains_with_evidence(structure, jointly, evidence)}
     findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
     other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
-    # Effects refuted by a validation record, or identified by both kinds of equations jointly, are no alternatives.
-    excluded = {*refuted, *(h.label for h in jointly), *(row.hypothesis.label for row in other_delays)}
+    # Effects that were selected, by either or both kinds of equations, or refuted by a validation record are none.
+    excluded = {*refuted, *gains, *(row.hypothesis.label for row in other_delays)}
     alternatives = (*other_delays, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
     before = _declared_alike(estimate(replace(fitted_estimate.problem, of_recorded_motion=False), start), biased)
     level_shifts = _level_shifts(structure, fitted_estimate, search, further)
     fits = functools.partial(fits_with_shifts, as_compared(fitted_estimate.problem), level_shifts)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
     after = fits(completed)
-    listed = {*refuted, *(row.hypothesis.label for row in alternatives), *identified.labels, *structure.labels}
+    kinematic = (errors.selected if vane is None else identified).estimate
+    listed = {*refuted, *gains, *(row.hypothesis.label for row in alternatives)}
     omitted = _omitted(errors, identified, structure, search, listed)
     averaged = averaged_covariance(regressed, covariance, fitted_estimate, alternatives, derivatives, omitted)
     reported = with_values(fitted_estimate, adopted_values(biased))
@@ -209,12 +215,13 @@ def decide(
         hypothesis_count=len(hypotheses),
         refuted=refuted,
         damping=damping_collinearity(reported, averaged),
-        delay_discrepancies=delay_discrepancies(errors.selected.estimate, outcome.delays, settings.deviations),
+        delay_discrepancies=delay_discrepancies(kinematic, outcome.delays, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, fits) for row in omitted.near_significant),
         uncertain_scales=omitted.scales,
         level_shifts=level_shifts,
         regressor_errors=biased,
+        vane=vane,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -30,9 +31,16 @@ from aerosid.equation_error.selection.joint_time_delays import (
 )
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
 from aerosid.equation_error.selection.lag_exchange import resolve_lag_exchange
-from aerosid.equation_error.selection.penalties import Label, criterion_for
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, criterion_for
+from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
-from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
+from aerosid.equation_error.selection.structure import (
+    SelectedEffect,
+    SelectedStructure,
+    penalised_likelihood,
+    structure_without,
+)
+from aerosid.equation_error.selection.vane_position import IdentifiedVane, estimate_of, likelier_places
 
 
 @dataclass(frozen=True)
@@ -45,15 +53,77 @@ class DelaySelection:
 
 
 class JointSelection(NamedTuple):
-    """Instrument errors, alternative models of time delays, the coefficient search and the selected structure."""
+    """Instrument errors, alternative models of time delays, the coefficient search and the selected structure.
+
+    `vane`: the position of a vane that both kinds of equations show together. It is among the outcome's errors, and
+    held among those of kinematics.
+    """
 
     identified: SelectedStructure
     other_delays: tuple[Alternative, ...]
     search: CoefficientSearch
     outcome: DelaySelection
+    vane: IdentifiedVane | None = None
+
+    @property
+    def instrument_errors(self) -> tuple[SelectedEffect, ...]:
+        """Those of kinematics, and the position of a vane."""
+        return (*self.identified.chosen, *(() if self.vane is None else (self.vane.effect,)))
 
 
 def selected_jointly(
+    errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], values: DeclaredValues
+) -> JointSelection:
+    """The structure selected by both kinds of equations, with a vane beside its time delay where they show that."""
+    alone = _selected(errors, identified, coefficients, values)
+    delays, structure, criterion = alone.outcome.delays, alone.outcome.structure, alone.search.criterion
+    worsens = functools.partial(alone.search.worsens_prediction, structure.estimate)
+    for begun in likelier_places(alone.identified, delays, structure, errors.hypotheses, criterion):
+        if worsens(begun.coefficients):
+            continue
+        placed, vane = _selected_with(begun, errors, coefficients, values)
+        gain = _penalised(placed, errors.criterion) - _penalised(alone, errors.criterion)
+        if vane.is_confirmed and gain > criterion.penalty(vane.hypothesis) and not worsens(vane.coefficients):
+            outcome = replace(placed.outcome, delays=vane.with_position_free())
+            named = set(outcome.structure.labels)
+            others = (*placed.other_delays, *(row for row in begun.alternatives if row.hypothesis.label not in named))
+            effect = SelectedEffect(vane.hypothesis, kinematic=False, gain=gain)
+            identified_vane = IdentifiedVane(effect, *estimate_of(delays, begun.timing))
+            return placed._replace(outcome=outcome, other_delays=others, vane=identified_vane)
+    return alone
+
+
+def _selected_with(
+    begun: PlacedVane, errors: InstrumentErrors, coefficients: tuple[str, ...], values: DeclaredValues
+) -> tuple[JointSelection, PlacedVane]:
+    """The structure selected with a vane held at its position, and the vane where that structure has it.
+
+    What was selected without the position may have stood in its place, and the position moves without it: the selection
+    is repeated where that is more than its standard error.
+    """
+    vane = begun
+    for _ in range(begun.coefficients.problem.settings.rounds):
+        placed = _selected(errors, vane.identified, coefficients, values)
+        outcome, before = placed.outcome, vane.position
+        found = replace(
+            vane, identified=placed.identified, delays=outcome.delays, coefficients=outcome.structure.estimate
+        )
+        vane = likeliest_place(found)
+        if abs(vane.position - before) <= vane.std_error:
+            break
+    structure = SelectedStructure(vane.coefficients, outcome.structure.chosen)
+    outcome = replace(outcome, delays=vane.delays, structure=structure)
+    return placed._replace(identified=vane.identified, outcome=outcome), vane
+
+
+def _penalised(found: JointSelection, of_kinematics: SelectionCriterion) -> float:
+    """Ln L of both kinds of equations less the penalties of all effects but a position held."""
+    outcome = found.outcome
+    kinematic = penalised_likelihood(found.identified, of_kinematics)
+    return kinematic + found.search.penalised_likelihood(outcome.structure) - outcome.delays.penalty
+
+
+def _selected(
     errors: InstrumentErrors,
     identified: SelectedStructure,
     coefficients: tuple[str, ...],
@@ -80,7 +150,7 @@ def selected_jointly(
         if joint is not None and _is_rejected(joint, search.criterion.penalty(each.hypothesis), outcome, search):
             others = structure_without(identified, each)
             near = SelectedStructure(joint.coefficients_without, outcome.structure.chosen)
-            return selected_jointly(errors, others, coefficients, values, near)
+            return _selected(errors, others, coefficients, values, near)
     undeclared = slice(len(start.effects), len(outcome.delays.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     search, structure = resolve_lag_exchange(search, structure)

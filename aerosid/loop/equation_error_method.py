@@ -20,6 +20,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_near_significant,
     note_on_regressor_errors,
     note_on_supported_error,
+    note_on_vane,
     notes_on_bridged_holes,
 )
 from aerosid.loop.identification_problem import IdentificationProblem
@@ -93,10 +94,15 @@ def identified_by_equations(
 
 def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> tuple[str, ...]:
     """What the decision saw beside its findings."""
-    together = decision.joint_evidence
+    together, vane = decision.joint_evidence, decision.vane
     notes = [
         *notes_on_bridged_holes((*problem.manoeuvres, *problem.others)),
         *(note_on_delay(each) for each in decision.delay_discrepancies),
+        *(
+            note_on_vane(vane, row)
+            for row in decision.findings
+            if vane is not None and row.hypothesis is vane.effect.hypothesis
+        ),
         *(
             note_on_supported_error(row, together[row.hypothesis.label])
             for row in decision.findings

@@ -15,6 +15,7 @@ from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
+from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -35,6 +36,20 @@ def note_on_delay(seen: DelayDiscrepancy) -> str:
         f"{seen.channel} is recorded late: kinematics alone give {alone}, together with forces and moments {joint}, "
         "which the completed model uses. If the declared structure lacks an effect that resembles a delay, such as "
         "unsteady lift that lags alpha, the estimate from kinematics alone is the better one."
+    )
+
+
+def note_on_vane(seen: IdentifiedVane, row: EffectEstimate) -> str:
+    """Note on a vane's position identified beside its time delay, with what the delay is without it."""
+    kind, channel = seen.timing.effect.kind.removeprefix("sensor_"), seen.timing.effect.where
+    alone = with_deviation(seen.timing.values[0], seen.std_error)
+    return (
+        f"The position of the vane of {channel} is not declared; it is identified as "
+        f"{with_deviation(row.value, row.std_error)} m ahead of the centre of gravity. Kinematics show only the sum of "
+        f"its {kind} and that distance over the airspeed; forces and moments distinguish them. Without the position "
+        f"the {kind} is {alone} s and 2 ln L is {number(2.0 * row.gain, 2)} lower. Forces or moments that lag "
+        f"{channel} resemble such a position, and gusts that a boom meets early enlarge it. If it is known, declare it "
+        "in the channel map."
     )
 
 

@@ -6,11 +6,14 @@ import pytest
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag
+from aerosid.effects.sensor_position import sensor_position
 from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.penalties import KinematicEvidence
+from aerosid.equation_error.selection.structure import SelectedEffect
+from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.equation_error_notes import note_on_delay, note_on_supported_error
+from aerosid.loop.equation_error_notes import note_on_delay, note_on_supported_error, note_on_vane
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -71,3 +74,13 @@ def test_a_fault_that_two_witnesses_name_together_is_told_with_what_each_shows()
         "sensor_bias of V of −6.05 ± 0.50 m/s is identified from kinematics and coefficients together"
     )
     assert "kinematics alone give −5.2 ± 1.2 m/s, 2 ln L 16.8, which is not significant" in said
+
+
+def test_a_vane_placed_beside_its_lag_is_told_with_the_lag_alone() -> None:
+    ahead = ActiveEffect(sensor_position("alpha", "x"), (5.98,), "")
+    alone = ActiveEffect(sensor_lag("alpha"), (0.1532,), "")
+    hypothesis = Hypothesis("sensor_position", "alpha", effects=(ahead,))
+    vane = IdentifiedVane(SelectedEffect(hypothesis, kinematic=False, gain=13.2), alone, 0.0085)
+    said = note_on_vane(vane, EffectEstimate(hypothesis, ahead, 5.98, 1.04, (1.04,), 13.2, "coefficients"))
+    assert "identified as 6.0 ± 1.0 m ahead of the centre of gravity" in said
+    assert "Without the position the lag is 0.1532 ± 0.0085 s and 2 ln L is 26 lower." in said

@@ -72,6 +72,11 @@ class Alternative:
         return abs(self.value - null_value(self.active)) / self.std_error if self.std_error > 0.0 else np.inf
 
 
+def alike_margin(least: float, gain: float) -> float:
+    """Deficit in ln L up to which a difference is not significant, of the `least` one and what was selected gains."""
+    return least + 0.03 * gain
+
+
 def gains_by_deletion(selected: SelectedStructure) -> dict[tuple[str, str, str], float]:
     """Gain in ln L of each selected hypothesis by label: the loss when it is deleted from the structure."""
     reduced_fits = deletions(selected, selected.chosen, with_columns=not uses_no_instruments(selected.estimate.design))
@@ -310,7 +315,7 @@ class _Replacement:
     @property
     def margin(self) -> float:
         """Deficit in ln L up to which a difference is not significant."""
-        return self.least_margin + 0.03 * self.loss
+        return alike_margin(self.least_margin, self.loss)
 
     def fit_candidate(
         self, candidate: Candidate, largest_deficit: LargestDeficit | None

@@ -357,14 +357,21 @@ def _information(
 ) -> tuple[Array, Array]:
     """Fisher information (n, n) of the coefficients on the delays and its score (n,), linear unknowns eliminated.
 
-    `follow`: change of each error parameter with each delay. The information is reduced where the whitened residuals
-    remain correlated, as for every other parameter.
+    `follow`: change of each error parameter with each delay.
     """
     free_point = replace(found.point, effects=(*effects, *found.point.effects[len(effects) :]))
     columns = (
         effect_sensitivities(found.problem, linear_values(found.design, found.solution), free_point, parameters)
         @ follow
     )
+    return information_on(found, columns)
+
+
+def information_on(found: Estimate, columns: Array) -> tuple[Array, Array]:
+    """Fisher information (n, n) on parameters with some columns (R, n), and its score (n,), linear unknowns eliminated.
+
+    It is reduced where the whitened residuals remain correlated, as for every other parameter.
+    """
     white = whiten(found.design, columns, found.solution.weights)
     own = white - found.solution.slopes @ (found.solution.covariance @ (found.solution.slopes.T @ white))
     information, score = own.T @ own, own.T @ found.solution.whitened

@@ -1,0 +1,241 @@
+"""A vane at an undeclared position, the time delays of instruments re-estimated beside it.
+
+A vane x ahead of the centre of gravity reads alpha - x q/V, which in usual motion is alpha late by x/V: kinematics show
+the sum of the delay and x/V, and hardly either. Along that line the position is moved with the delays, and all other
+errors, re-estimated at each value (profile likelihood: Seber & Wild, Nonlinear Regression, section 5.2.2). To second
+order the joint likelihood needs one column of each equation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
+from aerosid.equation_error.regression.parameter_limits import free_parameters
+from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.candidates import effect_candidates, with_hypothesis
+from aerosid.equation_error.selection.joint_time_delays import (
+    DELAY_KINDS,
+    JointDelays,
+    free_values,
+    information_on,
+    joint_delays,
+    kinematic_delays,
+    with_errors_held,
+)
+from aerosid.equation_error.selection.stepwise import recordings_agree
+from aerosid.equation_error.selection.structure import SelectedStructure
+
+Array = NDArray[np.float64]
+
+STEPS = 4
+"""Numerical: Newton steps at most along the line."""
+
+HALVINGS = 3
+"""Numerical: times that a step is halved before the search ends at the current position."""
+
+SETTLED = 0.1
+"""Numerical: standard errors, 1, of a step of the position that counts as converged."""
+
+
+@dataclass(frozen=True)
+class PlacedVane:
+    """Instrument errors and coefficients with a vane at an undeclared position, everything else re-estimated.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+        The position error.
+    timing : Hypothesis
+        The time delay beside which it was looked for.
+    position : float
+        m ahead of the declared centre of gravity.
+    identified : SelectedStructure
+        The errors by kinematics with the vane held there.
+    delays : JointDelays
+        The same with the time delays estimated jointly.
+    coefficients : Estimate
+        Of a structure of the coefficient equations, its first effects these errors.
+    alternatives : tuple of Alternative
+        What explains nearly as much with the vane as declared: the delay alone, or a term in the rate that moves it.
+    """
+
+    hypothesis: Hypothesis
+    timing: Hypothesis
+    position: float
+    identified: SelectedStructure
+    delays: JointDelays
+    coefficients: Estimate
+    alternatives: tuple[Alternative, ...] = ()
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of both kinds of equations."""
+        return self.identified.estimate.log_likelihood + self.coefficients.log_likelihood - self.delays.penalty
+
+    def moved_to(self, position: float) -> PlacedVane:
+        """The same structure with the vane at another position."""
+        kinematic = self.identified.estimate
+        at_zero = replace(kinematic.point, effects=_without_place(kinematic.point.effects, self.hypothesis))
+        there = with_hypothesis(at_zero, _held_at(self.hypothesis, position))
+        identified = SelectedStructure(
+            estimate(kinematic.problem, there, kinematic.solution.weights), self.identified.chosen
+        )
+        initial = kinematic_delays(identified.estimate)
+        rest = self.coefficients.point.effects[len(kinematic.point.effects) :]
+        begun = _with_errors(self.coefficients, initial, rest)
+        delays = joint_delays(identified.estimate, initial, begun)
+        return replace(
+            self,
+            position=position,
+            identified=identified,
+            delays=delays,
+            coefficients=_with_errors(begun, delays, rest),
+        )
+
+    def with_position_free(self) -> JointDelays:
+        """The errors with the position among their parameters, and the covariance of all."""
+        effects, line = self.delays.effects, self.line
+        place = next(n for n, each in enumerate(effects) if _is_place(each, self.hypothesis))
+        free = replace(self.hypothesis.effects[0], values=(self.position,))
+        own = line.shares @ line.covariance
+        errors = own @ line.shares.T + self.delays.covariance - line.given
+        n = len(free_values(effects[:place]))
+        covariance = np.insert(np.insert(errors, n, 0.0, axis=0), n, 0.0, axis=1)
+        covariance[n, :] = covariance[:, n] = np.insert(own[:, -1], n, line.covariance[-1, -1])
+        return JointDelays((*effects[:place], free, *effects[place + 1 :]), covariance, self.delays.penalty)
+
+    @cached_property
+    def line(self) -> _Line:
+        """The joint likelihood about it, to second order."""
+        return _line_through(self)
+
+    @property
+    def std_error(self) -> float:
+        """Of the position, m, with the delays estimated beside it."""
+        return float(np.sqrt(self.line.covariance[-1, -1]))
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether the position is significant and on the aircraft, and the records by themselves agree on it."""
+        highest = self.hypothesis.effects[0].effect.parameters[0].highest
+        significant = self.position > self.coefficients.problem.settings.deviations * self.std_error
+        if not significant or self.position >= highest:
+            return False
+        free = replace(self.hypothesis.effects[0], values=(self.position,))
+        effects = (free if _is_place(each, self.hypothesis) else each for each in self.coefficients.point.effects)
+        point = replace(self.coefficients.point, effects=tuple(effects))
+        alone = estimate(self.coefficients.problem, point, self.coefficients.solution.weights, steps=0)
+        return recordings_agree(alone, self.hypothesis)
+
+
+def likeliest_place(begun: PlacedVane) -> PlacedVane:
+    """The vane at the position of highest joint likelihood, by Newton steps from another position."""
+    here = begun
+    highest = here.hypothesis.effects[0].effect.parameters[0].highest
+    for _ in range(STEPS):
+        line = here.line
+        step = float(np.clip(line.step, -here.position, highest - here.position))
+        if abs(step) < SETTLED * here.std_error:
+            break
+        trials = (here.moved_to(here.position + 0.5**n * step) for n in range(HALVINGS + 1))
+        better = next((trial for trial in trials if trial.log_likelihood > here.log_likelihood), None)
+        if better is None:
+            break
+        here = better
+    return here
+
+
+def _held_at(hypothesis: Hypothesis, position: float) -> Hypothesis:
+    (active,) = hypothesis.effects
+    return replace(hypothesis, effects=(frozen(replace(active, values=(position,))),))
+
+
+def _is_place(active: ActiveEffect, hypothesis: Hypothesis) -> bool:
+    return active.name == hypothesis.effects[0].name and bool(active.held)
+
+
+def _without_place(effects: Sequence[ActiveEffect], hypothesis: Hypothesis) -> tuple[ActiveEffect, ...]:
+    return tuple(active for active in effects if not _is_place(active, hypothesis))
+
+
+def _with_errors(found: Estimate, delays: JointDelays, rest: Sequence[ActiveEffect]) -> Estimate:
+    """The coefficients with the errors fixed at given values, before the `rest` of the point's effects."""
+    point = with_errors_held(replace(found.point, effects=(*delays.effects, *rest)), delays.effects)
+    return estimate(found.problem, point, found.solution.weights)
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The joint likelihood about a vane's position and the delays, to second order.
+
+    `step` of the position, m, and `gain` in ln L by it and the steps of the delays; `covariance` (D + 1, D + 1) of the
+    delays and the position; `shares` (n, D + 1): change of every error parameter with each of them; `given` (n, n): the
+    part of the errors' covariance at a held position that the delays cause.
+    """
+
+    step: float
+    gain: float
+    covariance: Array
+    shares: Array
+    given: Array
+
+
+def _line_through(at: PlacedVane) -> _Line:
+    """The joint likelihood to second order: kinematics by one column, the coefficients by their information."""
+    kinematic, hypothesis = at.identified.estimate, at.hypothesis
+    parameters = free_parameters(kinematic.point.effects)
+    delayed = [n for n, (i, _) in enumerate(parameters) if kinematic.point.effects[i].effect.kind in DELAY_KINDS]
+    own = kinematic_delays(kinematic)
+    known = own.covariance[np.ix_(delayed, delayed)]
+    prior = np.linalg.pinv(known, hermitian=True)
+    follow = own.covariance[:, delayed] @ prior
+    change, curvature, slope = _kinematic_change(kinematic, hypothesis)
+    along = change[delayed]
+    shares = np.column_stack([follow, change - follow @ along])
+    tied = np.column_stack([np.eye(len(delayed)), -along])
+    away = (free_values(at.delays.effects) - free_values(own.effects))[delayed]
+    last = np.zeros(len(delayed) + 1)
+    last[-1] = 1.0
+    of_coefficients, score = _coefficient_information(at, parameters, shares)
+    information = of_coefficients + tied.T @ prior @ tied + curvature * np.outer(last, last)
+    score = score - tied.T @ (prior @ away) + slope * last
+    covariance = np.linalg.pinv(information, hermitian=True)
+    step = covariance @ score
+    conditional = np.linalg.pinv(information[:-1, :-1], hermitian=True)
+    return _Line(float(step[-1]), 0.5 * float(score @ step), covariance, shares, follow @ conditional @ follow.T)
+
+
+def _kinematic_change(kinematic: Estimate, hypothesis: Hypothesis) -> tuple[Array, float, float]:
+    """Change of the errors' parameters with the position by kinematics, and the information left on it with its slope.
+
+    The rest of the information is what lies along the change.
+    """
+    (candidate,) = effect_candidates(kinematic.problem, kinematic, [hypothesis])
+    white = whiten(kinematic.design, candidate.columns, kinematic.solution.weights)[:, 0]
+    change = -kinematic.solution.covariance @ (kinematic.solution.slopes.T @ white)
+    left = white + kinematic.solution.slopes @ change
+    names = [("effect", i, k) for i, k in free_parameters(kinematic.point.effects)]
+    places = [kinematic.design.unknowns.index(name) for name in names]
+    return change[places], float(left @ left), float(left @ kinematic.solution.whitened)
+
+
+def _coefficient_information(
+    at: PlacedVane, parameters: Sequence[tuple[int, int]], shares: Array
+) -> tuple[Array, Array]:
+    """Fisher information (D + 1, D + 1) of the coefficients on the delays and the position, and its score."""
+    found, errors = at.coefficients, at.delays.effects
+    (moving,) = at.hypothesis.effects
+    point = replace(found.point, effects=(*errors, moving, *found.point.effects[len(errors) :]))
+    columns = effect_sensitivities(
+        found.problem, linear_values(found.design, found.solution), point, [*parameters, (len(errors), 0)]
+    )
+    return information_on(found, columns @ np.vstack([shares, [0.0] * (shares.shape[1] - 1) + [1.0]]))

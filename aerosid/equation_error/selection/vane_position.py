@@ -1,0 +1,187 @@
+"""Position of a vane beside its time delay, by the likelihoods of kinematics and coefficients together.
+
+A search that adds one effect at a time does not find it: where the delay has taken the position up its kinematic gain
+vanishes, and the kinematic optimum of both may lie at a limit of either. Forces and moments tell them apart, because
+they depend on the flow angle and on the rate by derivatives of their own, of which most are declared. Only a pair that
+may exceed its penalty to first order is fitted, and it has to explain more than the delay of any kind alone or with a
+term in the rate that moves the vane, which where it is not declared takes the position's part in its coefficient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from aerosid.effects import ActiveEffect, PositionEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.alternatives import (
+    Alternative,
+    alike_margin,
+    last_parameter,
+    replacements_of,
+)
+from aerosid.equation_error.selection.candidates import is_instrument_error, with_hypothesis
+from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS, JointDelays, free_values, joint_gain
+from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
+from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
+from aerosid.equation_error.selection.redundancy import share_a_distance
+from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
+from aerosid.equation_error.settings import TRIALS
+
+AHEAD = "x"
+"""Standard: the body axis along which a boom carries its vane."""
+
+MOVED_BY = {"alpha": "q_hat", "beta": "r_hat"}
+"""Standard: the variable of the rate that moves each vane sideways to the flow."""
+
+
+class IdentifiedVane(NamedTuple):
+    """A position that both kinds of equations show together, with its gain in ln L, and what its delay is without it.
+
+    `timing` with its value alone, `std_error` of that.
+    """
+
+    effect: SelectedEffect
+    timing: ActiveEffect
+    std_error: float
+
+
+def likelier_places(
+    identified: SelectedStructure,
+    delays: JointDelays,
+    structure: SelectedStructure,
+    hypotheses: Sequence[Hypothesis],
+    criterion: SelectionCriterion,
+) -> Iterator[PlacedVane]:
+    """Vanes ahead of the centre of gravity by more than their penalty, each beside the delay that was selected for it.
+
+    Neither a delay alone nor a lag alone explains as much, nor either with a term in the rate that moves the vane.
+
+    Parameters
+    ----------
+    identified, delays : SelectedStructure, JointDelays
+        Instrument errors, from kinematics and jointly.
+    structure : SelectedStructure
+        Of the coefficient equations of all records, its first effects these errors.
+    hypotheses : sequence of Hypothesis
+        All candidates.
+    """
+    for each in identified.chosen:
+        hypothesis = _place_of(each, identified, structure, hypotheses)
+        if hypothesis is None:
+            continue
+        penalty = criterion.penalty(hypothesis)
+        begun = PlacedVane(hypothesis, each.hypothesis, 0.0, identified, delays, structure.estimate)
+        if begun.line.step <= 0.0 or begun.line.gain < TRIALS.asked * penalty:
+            continue
+        found = likeliest_place(begun)
+        if found.log_likelihood - begun.log_likelihood <= penalty:
+            continue
+        rivals = _rivals(begun, each, hypotheses, criterion)
+        if found.log_likelihood - penalty > max(rival.penalised for rival in rivals):
+            joint = joint_gain(identified, each, delays, structure.estimate)
+            gain = found.log_likelihood - begun.log_likelihood + (joint.total if joint is not None else 0.0)
+            yield replace(found, alternatives=_alternatives(found, rivals, gain))
+
+
+@dataclass(frozen=True)
+class _Rival:
+    """What may explain as much with the vane as declared; `penalty`: of what it has beside the delay."""
+
+    hypothesis: Hypothesis
+    estimated: PlacedVane
+    penalty: float
+
+    @property
+    def penalised(self) -> float:
+        """The joint ln L less the penalty."""
+        return self.estimated.log_likelihood - self.penalty
+
+    def as_alternative_to(self, found: PlacedVane, margin: float) -> Alternative:
+        """As alternative of the position; a delay with its joint estimate."""
+        estimated, coefficients = self.estimated, self.estimated.coefficients
+        active, value, error = None, 0.0, 0.0
+        if self.hypothesis.entries:
+            _, value, error = last_parameter(coefficients, self.hypothesis)
+        else:
+            active, error = estimate_of(estimated.delays, self.hypothesis)
+            value = active.values[0]
+        deficit = found.log_likelihood - estimated.log_likelihood
+        return Alternative(self.hypothesis, active, value, error, 0.0, deficit, margin, found.hypothesis, coefficients)
+
+
+def estimate_of(delays: JointDelays, hypothesis: Hypothesis) -> tuple[ActiveEffect, float]:
+    """An instrument error among some, and the standard error of its first parameter."""
+    name, effects = hypothesis.effects[0].name, delays.effects
+    place = next(n for n, each in enumerate(effects) if each.values and each.name == name)
+    number = len(free_values(effects[:place]))
+    return effects[place], float(np.sqrt(delays.covariance[number, number]))
+
+
+def _rivals(
+    begun: PlacedVane, timing: SelectedEffect, hypotheses: Sequence[Hypothesis], criterion: SelectionCriterion
+) -> list[_Rival]:
+    """The time delay of either kind without the position, alone and with a term in the rate that moves the vane."""
+    found = [_Rival(begun.timing, begun, 0.0), _Rival(begun.timing, begun.moved_to(0.0), 0.0)]
+    rest = tuple(other for other in begun.identified.chosen if other is not timing)
+    sensors = [hypothesis for hypothesis in hypotheses if is_instrument_error(hypothesis)]
+    for row in replacements_of(begun.identified, timing, sensors):
+        if row.hypothesis.kind in DELAY_KINDS and row.hypothesis.where == timing.hypothesis.where:
+            other = SelectedStructure(row.estimate, (*rest, SelectedEffect(row.hypothesis, True, row.gain)))
+            found.append(_Rival(row.hypothesis, replace(begun, identified=other).moved_to(0.0), 0.0))
+    at = begun.coefficients
+    for hypothesis in hypotheses:
+        (coefficient, term), *_ = (*hypothesis.entries, ("", None))
+        if hypothesis.effects or str(term) != MOVED_BY[timing.hypothesis.where]:
+            continue
+        if (coefficient, term) in at.point.free:
+            continue
+        wider = estimate(at.problem, with_hypothesis(at.point, hypothesis), at.solution.weights)
+        estimated = replace(begun, coefficients=wider).moved_to(0.0)
+        found.append(_Rival(hypothesis, estimated, criterion.penalty_at(hypothesis, estimated.coefficients.point)))
+    return found
+
+
+def _alternatives(found: PlacedVane, rivals: Sequence[_Rival], gain: float) -> tuple[Alternative, ...]:
+    """The rivals that are no worse than an alternative may be, the likeliest of each name; `gain` of both in ln L."""
+    settings = found.coefficients.problem.settings
+    margin = alike_margin(settings.alike_instruments, gain)
+    best: dict[Label, Alternative] = {}
+    for rival in sorted(rivals, key=lambda each: -each.estimated.log_likelihood):
+        row = rival.as_alternative_to(found, margin)
+        if row.deficit < margin and row.ratio >= settings.deviations:
+            best.setdefault(row.hypothesis.label, row)
+    return tuple(best.values())
+
+
+def _place_of(
+    timing: SelectedEffect,
+    identified: SelectedStructure,
+    structure: SelectedStructure,
+    hypotheses: Sequence[Hypothesis],
+) -> Hypothesis | None:
+    """The undeclared position of the vane whose time delay was selected; None where there is nothing to be found."""
+    channel = timing.hypothesis.where
+    if timing.hypothesis.kind not in DELAY_KINDS or channel not in MOVED_BY:
+        return None
+    if any(
+        np.any(each.position(channel)) for each in identified.estimate.problem.recordings if channel in each.channels
+    ):
+        return None
+    for hypothesis in hypotheses:
+        if hypothesis.kind != "sensor_position" or hypothesis.where != channel or _axes_of(hypothesis) != AHEAD:
+            continue
+        chosen = [each.hypothesis for each in (*identified.chosen, *structure.chosen)]
+        shared = any(share_a_distance(hypothesis, other) for other in chosen)
+        given = any(active.name == (hypothesis.kind, channel) for active in structure.estimate.point.effects)
+        return None if shared or given else hypothesis
+    return None
+
+
+def _axes_of(hypothesis: Hypothesis) -> str:
+    effect = hypothesis.effects[0].effect
+    return effect.axes if isinstance(effect, PositionEffect) else ""
