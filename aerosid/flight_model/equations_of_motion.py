@@ -89,7 +89,7 @@ def evaluate(
     reference, centre = reference_at(air, u, constants), centre_at(u, constants)
     inertial, inertia = inertial_accelerations(motion), inverse_inertia(constants)
     fill_variables(motion, air, reference, u, constants, values)
-    implicit = table.uses_alpha_dot > 0 and len(layout.motion.u) > 0
+    implicit = len(layout.motion.u) > 0 and _is_implicit(parameters, table, differentiate)
     slope = 0.0
     forces = Forces(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     passes = 3 if implicit else 1
@@ -122,6 +122,16 @@ def evaluate(
     if observe:
         sense(x, motion, air, forces, centre, positions, constants, work)
         sense_slopes(motion, air, slopes, centre, positions, constants, work)
+
+
+@njit_inline
+def _is_implicit(parameters: NDArray[np.float64], table: TermTable, differentiate: bool) -> bool:
+    """Whether alphadot is solved for: a candidate that depends on it, of zero value, matters in derivatives alone."""
+    first, last = table.uses_alpha_dot, parameters.shape[0]
+    while not differentiate and last >= first > 0 and parameters[last - 1] == 0.0:
+        last -= 1
+    implicit: bool = last >= first > 0
+    return implicit
 
 
 @njit_inline

@@ -72,7 +72,7 @@ class TermTable(NamedTuple):
     left, right : int64[P]
         Slots of what is multiplied.
     uses_alpha_dot : int
-        1 where a term depends on alpha_dot_hat, which makes the equations implicit; else 0.
+        Number, from 1, of the first term that depends on alpha_dot_hat, which makes the equations implicit; else 0.
     lift_row, lift_slot : int
         Where a term holds C_L or C_Z: that coefficient's row, and its slot among the variables; else -1 and 0.
     """
@@ -178,7 +178,7 @@ def build_table(
         shaped_offset=np.array([base[2] for base in bases], dtype=np.float64),
         left=_whole(pair[0] for pair in products),
         right=_whole(pair[1] for pair in products),
-        uses_alpha_dot=int(slots["alpha_dot_hat"] in variable),
+        uses_alpha_dot=next((t for t, (_, term) in enumerate(entries, 1) if "alpha_dot_hat" in term.variables), 0),
         lift_row=coefficients.index(lift) if lift else -1,
         lift_slot=slots[lift] if lift else 0,
     )

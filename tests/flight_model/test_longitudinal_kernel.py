@@ -63,9 +63,9 @@ class Case:
             frame.reference_airspeed,
         )
 
-    def kernel(self) -> Workspace:
+    def kernel(self, differentiate: bool = True) -> Workspace:
         work = make_workspace(self.u.size - LEADING, self.table, LAYOUT)
-        evaluate(self.state, self.u, self.theta, self.table, self.constants, self.places, work, True, True)
+        evaluate(self.state, self.u, self.theta, self.table, self.constants, self.places, work, differentiate, True)
         return work
 
     def rates(
@@ -197,6 +197,17 @@ def test_alpha_dot_is_solved_for_where_terms_hold_it(case: Case, coefficient: st
     work = case.kernel()
     agree(np.concatenate([work.rates, work.outputs]), case.rates(case.state, case.extra, case.theta), 1e-11)
     slopes_agree(case, 1e-6)
+
+
+@SMOOTH
+@given(cases(), st.floats(-6.0, 6.0), st.booleans())
+def test_rates_are_the_same_without_their_slopes(case: Case, value: float, acts: bool) -> None:
+    """Also where alphadot is in a candidate alone, and need not be solved for."""
+    terms = case.terms | {("C_m", "alpha_dot_hat"): value if acts else 0.0}
+    case = Case(terms, list(case.state), case.inputs, case.frame, case.positions)
+    plain, differentiated = case.kernel(differentiate=False), case.kernel()
+    np.testing.assert_array_equal(plain.rates, differentiated.rates)
+    np.testing.assert_array_equal(plain.outputs, differentiated.outputs)
 
 
 LIGHT_FRAME = Airframe(23.23, 1.5875, 6940.0, 100.0, 100.0)
