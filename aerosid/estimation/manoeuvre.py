@@ -16,7 +16,7 @@ from aerosid.flight_model.axes import ATMOSPHERE_AND_BODY, LONGITUDINAL, Axes, i
 from aerosid.flight_model.constants import GRAVITY
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.vane import alpha_at_centre
-from aerosid.logs.channel_noise import channel_noise
+from aerosid.logs.channel_noise import noise_deviation
 from aerosid.logs.constant_channels import is_constant
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.sample_patterns import spike_times, spikes
@@ -164,7 +164,7 @@ def prepare(log: FlightLog, aircraft: Aircraft, columns: tuple[str, ...]) -> Man
         notes.append(f"{listed(unmoved)}: one value throughout; used, as the estimation needs it: check the sensor.")
     extra = columns[len(input_columns_of(axes)) :]
     noisy = (*outputs, *(name for name in extra if is_surface(name)))
-    deviation = {name: channel_noise(log, name).deviation for name in noisy}
+    deviation = {name: noise_deviation(log, name) for name in noisy}
     notes += _notes_on_spikes(log, deviation)
     variance = np.array([deviation.get(name, 0.0) ** 2 for name in extra])
     measured = np.full((log.time.size, len(axes.outputs)), np.nan)

@@ -13,7 +13,7 @@ from aerosid.logs.sample_patterns import spikes
 from aerosid.signals.noise import estimate_noise
 from aerosid.signals.reprocessed_samples import doubt_of_noise
 
-__all__ = ["ChannelNoise", "channel_noise", "with_declared_noise"]
+__all__ = ["ChannelNoise", "channel_noise", "noise_deviation", "with_declared_noise"]
 
 
 @dataclass(frozen=True)
@@ -47,16 +47,24 @@ def channel_noise(log: FlightLog, name: str) -> ChannelNoise:
     name : str
         The channel.
     """
-    floor = log.resolution.get(name, 0.0) / math.sqrt(12.0)
-    if name in log.noise:
-        return ChannelNoise(max(log.noise[name], floor), True, "")
-    estimated = float(estimate_noise(log.time, log[name]))
-    if floor > 0.0:
-        return ChannelNoise(max(estimated, floor), True, "")
+    estimated = noise_deviation(log, name)
+    if name in log.noise or _floor(log, name) > 0.0:
+        return ChannelNoise(estimated, True, "")
     values = np.array(log[name])
     # Beside a spike of any height ordinary noise would look like none.
     values[spikes(values, estimated)] = np.nan
     return ChannelNoise(estimated, False, doubt_of_noise(values, estimated))
+
+
+def noise_deviation(log: FlightLog, name: str) -> float:
+    """The standard deviation of `channel_noise` alone."""
+    known = log.noise[name] if name in log.noise else float(estimate_noise(log.time, log[name]))
+    return max(known, _floor(log, name))
+
+
+def _floor(log: FlightLog, name: str) -> float:
+    """Standard deviation of a channel's rounding, where its resolution is declared."""
+    return log.resolution.get(name, 0.0) / math.sqrt(12.0)
 
 
 def with_declared_noise(log: FlightLog, noise: Mapping[str, float], resolution: Mapping[str, float]) -> FlightLog:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from aerosid.compiled import njit
+from aerosid.signals.autoregressive_noise import akaike_order, extended, known_lags, levinson
 from aerosid.signals.noise import autocovariance
 from aerosid.signals.settings import COLOUR
 
@@ -99,7 +99,7 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
     """
     rows, residuals, weights, masks = _checked(groups)
     rows, scale = _of_unit_length(rows, weights)
-    lengths = [_block_length(x, r) for x, r in zip(rows, residuals, strict=True)]
+    lengths, orders = map(list, zip(*map(_block_length_and_order, rows, residuals), strict=True))
     rows, basis = _orthogonal(rows, weights, np.diag(1.0 / scale))
     measured = [autocovariance(r, r.size - 1) for r in residuals]
     published = _covariance(basis, rows, weights, measured)
@@ -109,8 +109,6 @@ def coloured_covariance_groups(groups: Sequence[Group]) -> ResidualCovariance:
         rows, residuals, weights, masks = _in_blocks(rows, residuals, weights, lengths)
         rows, basis = _orthogonal(rows, weights, basis)
         measured = [autocovariance(r, r.size - 1) for r in residuals]
-    orders = [_order(_known(r[: COLOUR.highest_order + 1], mask), int(mask.sum()))
-              for r, mask in zip(measured, masks, strict=True)]  # fmt: skip
     if max(lengths) > 1 or any(orders):
         noise = _noise_autocovariances(rows, weights, masks, measured, orders)
         corrected = _covariance(basis, rows, weights, noise)
@@ -129,24 +127,24 @@ def _in_blocks(
     return rows, residuals, [w * length for w, length in zip(weights, lengths, strict=True)], masks
 
 
-def _block_length(rows: FloatArray, residual: FloatArray) -> int:
-    """Samples, at least one, over which a residual (N,) has to be averaged for a noise model of its own past.
+def _block_length_and_order(rows: FloatArray, residual: FloatArray) -> tuple[int, int]:
+    """Samples over which a residual (N,) is averaged for a noise model of its own past, and the order of that.
 
-    No more than leave enough blocks, and each column of `rows` (N, m) its energy.
+    At least one, no more than leave enough blocks, and each column of `rows` (N, m) its energy.
     """
     length, means, energy = 1, residual, np.sum(rows**2, axis=0)
     while True:
         mask = np.isfinite(means)
-        measured = _known(autocovariance(means, COLOUR.highest_order), mask)
-        order = _order(measured, int(mask.sum()))
-        if _levinson(measured, order)[1][order] >= COLOUR.least_innovation * measured[0]:
-            return length
+        measured = known_lags(autocovariance(means, COLOUR.highest_order), mask)
+        order = akaike_order(measured, int(mask.sum()))
+        if levinson(measured, order)[1][order] >= COLOUR.least_innovation * measured[0]:
+            return length, order
         longer = length + max(1, length // 3)
         kept = longer * np.sum(_block_means(rows, longer) ** 2, axis=0)
         means = _block_means(residual, longer)
         # Blocks are whole: of a record with many missing samples few are.
         if np.isfinite(means).sum() < COLOUR.fewest_blocks or np.any(kept < COLOUR.kept_energy * energy):
-            return length
+            return length, order
         length = longer
 
 
@@ -187,8 +185,8 @@ def _checked(
             raise ValueError(f"regressors of shape {x.shape} and residuals of shape {r.shape} do not match")
         mask = np.isfinite(r) & np.all(np.isfinite(x), axis=1)
         if weight > 0.0 and mask.sum() >= 2:
-            rows.append(np.where(mask[:, None], x, 0.0))
-            residuals.append(np.where(mask, r, np.nan))
+            rows.append(x if mask.all() else np.where(mask[:, None], x, 0.0))
+            residuals.append(r if mask.all() else np.where(mask, r, np.nan))
             weights.append(float(weight))
             masks.append(mask)
     if not rows:
@@ -239,7 +237,7 @@ def _toeplitz_form(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
     count = matrix.shape[0]
     if not np.any(gamma[1:]):
         return np.asarray(gamma[0] * (matrix.T @ matrix))
-    length, spectrum = _circle(gamma, count)
+    length, spectrum = _circle_length(count), _spectrum(gamma, count)
     # Of a real series the negative frequencies are those above zero again, but for the one in the middle.
     spectrum[1 : (length + 1) // 2] *= 2.0
     waves = scipy.fft.rfft(matrix, length, axis=0)
@@ -247,23 +245,24 @@ def _toeplitz_form(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
     return np.asarray(parts.T @ (np.concatenate([spectrum, spectrum])[:, None] * parts) / length)
 
 
-def _toeplitz_times(gamma: FloatArray, matrix: FloatArray) -> FloatArray:
-    """T X with T_ij = gamma_|i-j|, (N, m), by circular convolution of twice the length."""
-    count = matrix.shape[0]
-    if not np.any(gamma[1:]):
-        return np.asarray(gamma[0] * matrix)
-    length, spectrum = _circle(gamma, count)
-    product = scipy.fft.irfft(spectrum[:, None] * scipy.fft.rfft(matrix, length, axis=0), length, axis=0)
-    return np.asarray(product[:count])
+def _toeplitz_times(gamma: FloatArray, waves: NDArray[np.complex128], count: int) -> FloatArray:
+    """T X with T_ij = gamma_|i-j|, (N, m), by circular convolution, from the spectrum of the N = `count` rows of X."""
+    spectrum = _spectrum(gamma, count)
+    return np.asarray(scipy.fft.irfft(spectrum[:, None] * waves, _circle_length(count), axis=0)[:count])
 
 
-def _circle(gamma: FloatArray, count: int) -> tuple[int, FloatArray]:
-    """Length of a circle that a Toeplitz matrix of `count` rows fits in, and the spectrum of its first column there."""
-    length = scipy.fft.next_fast_len(2 * count, real=True)
+def _circle_length(count: int) -> int:
+    """Length of a circle that a Toeplitz matrix of `count` rows fits in."""
+    return int(scipy.fft.next_fast_len(2 * count, real=True))
+
+
+def _spectrum(gamma: FloatArray, count: int) -> FloatArray:
+    """The spectrum of the first column of a Toeplitz matrix of `count` rows, on its circle."""
+    length = _circle_length(count)
     circle = np.zeros(length)
     circle[:count] = gamma[:count]
     circle[length - count + 1 :] = gamma[count - 1 : 0 : -1]
-    return length, scipy.fft.rfft(circle).real.copy()
+    return scipy.fft.rfft(circle).real.copy()
 
 
 def _noise_autocovariances(
@@ -277,24 +276,36 @@ def _noise_autocovariances(
 
     Rows are those of `_orthogonal`, for which A = I.
     """
-    leading = [_known(r[: order + 1], mask) for r, mask, order in zip(measured, masks, orders, strict=True)]
+    leading = [known_lags(r[: order + 1], mask) for r, mask, order in zip(measured, masks, orders, strict=True)]
     pairs = [_lagged(mask[:, None].astype(np.float64), mask[:, None].astype(np.float64), order)
              for mask, order in zip(masks, orders, strict=True)]  # fmt: skip
     noise = []
     for start, residual in zip(leading, measured, strict=True):
-        model, _, consistent = _levinson(start, start.size - 1)
-        noise.append(_extend(model, consistent, residual.size))
+        model, _, consistent = levinson(start, start.size - 1)
+        noise.append(extended(model, consistent, residual.size))
+    squares = [x.T @ x for x in rows]
+    waves = [scipy.fft.rfft(x, _circle_length(x.shape[0]), axis=0) if order > 0 else None
+             for x, order in zip(rows, orders, strict=True)]  # fmt: skip
     for _ in range(_ROUNDS):
+        # Of white noise T = gamma I, and nothing is to be gone through sample by sample.
         products = [
-            np.where(mask[:, None], _toeplitz_times(gamma, x), 0.0)
-            for gamma, x, mask in zip(noise, rows, masks, strict=True)
+            np.where(mask[:, None], _toeplitz_times(gamma, wave, mask.size), 0.0) if wave is not None else None
+            for gamma, wave, mask in zip(noise, waves, masks, strict=True)
         ]
-        middle = np.asarray(sum(w**2 * x.T @ p for x, p, w in zip(rows, products, weights, strict=True)))
+        forms = [
+            gamma[0] * square if p is None else x.T @ p
+            for gamma, square, x, p in zip(noise, squares, rows, products, strict=True)
+        ]
+        middle = np.asarray(sum(w**2 * form for w, form in zip(weights, forms, strict=True)))
         change = 0.0
         for i, order in enumerate(orders):
-            x, lags = rows[i], np.arange(order + 1)
-            lost = weights[i] * (_lagged(products[i], x, order) + _lagged(x, products[i], order))
-            expected = pairs[i] * noise[i][: order + 1] - lost + _lagged(x, x @ middle, order)
+            x, p, lags = rows[i], products[i], np.arange(order + 1)
+            if p is None:
+                lost, spread = 2.0 * weights[i] * np.trace(forms[i]), np.vdot(squares[i], middle)
+            else:
+                lost = weights[i] * (_lagged(p, x, order) + _lagged(x, p, order))
+                spread = _lagged(x, x @ middle, order)
+            expected = pairs[i] * noise[i][: order + 1] - lost + spread
             # The measured autocovariance is scaled to (N - k)/N of the mean over the pairs that are there.
             observed = measured[i][: order + 1] / ((x.shape[0] - lags) / x.shape[0]) * pairs[i]
             there = pairs[i] > 0.0
@@ -302,8 +313,8 @@ def _noise_autocovariances(
             # The variance must stay positive: with as many parameters as samples nothing can be known.
             leading[i] = leading[i] + step
             leading[i][0] = max(leading[i][0], 0.5 * noise[i][0])
-            model, _, consistent = _levinson(leading[i], order)
-            updated = _extend(model, consistent, x.shape[0])
+            model, _, consistent = levinson(leading[i], order)
+            updated = extended(model, consistent, x.shape[0])
             change = max(change, float(np.max(np.abs(step[there]))) / max(updated[0], np.finfo(float).tiny))
             leading[i], noise[i] = updated[: order + 1].copy(), updated
         if change < _CONVERGED:
@@ -315,74 +326,3 @@ def _lagged(one: FloatArray, two: FloatArray, max_lag: int) -> FloatArray:
     """sum_n sum_c one[n, c] two[n + k, c] for k = 0 .. max_lag."""
     count = one.shape[0]
     return np.array([np.vdot(one[: count - k], two[k:]) for k in range(max_lag + 1)])
-
-
-def _known(measured: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
-    """A measured autocovariance (K,), lags from 0, NaN at the lags at which no two samples of the mask are there."""
-    if np.all(measured):  # `autocovariance` gives 0 there
-        return measured
-    pairs = autocovariance(np.where(mask, 1.0, np.nan), measured.size - 1)
-    return np.where(pairs > 0.0, measured, np.nan)
-
-
-def _order(measured: FloatArray, count: int) -> int:
-    """The autoregressive order that the corrected Akaike criterion chooses, 0 for white residuals."""
-    highest = min(COLOUR.highest_order, count // 20, measured.size - 1)
-    if measured[0] <= 0.0:
-        return 0
-    criteria = []
-    known = np.cumsum(np.isfinite(measured[: highest + 1])).tolist()
-    for parameters, innovation in zip(known, _levinson(measured, highest)[1], strict=True):
-        penalty = 2.0 * parameters * count / max(count - parameters - 1, 1)
-        criteria.append(count * np.log(max(innovation, np.finfo(float).tiny)) + penalty)
-    return int(np.argmin(criteria))
-
-
-def _levinson(gamma: FloatArray, order: int) -> tuple[FloatArray, list[float], FloatArray]:
-    """Coefficients a of e_n = x_n - sum a_k x_(n-k), the variance of e, and the autocovariances of that process.
-
-    The variance is given of every order from 0 on. A lag whose autocovariance is NaN tells nothing: it is as the
-    shorter ones predict it.
-
-    Reflections are held within their limit, so that the process is stationary whatever the given autocovariances are;
-    the returned ones, lags 0 .. order, are its own and differ from the given where a reflection was held.
-    """
-    coefficients = np.zeros(order)
-    consistent = np.zeros(order + 1)
-    gamma = gamma.copy()
-    consistent[0] = innovation = max(float(gamma[0]), 0.0)
-    innovations = [innovation]
-    for k in range(1, order + 1):
-        if innovation <= 0.0:
-            innovations += [innovation] * (order + 1 - k)
-            break
-        known = coefficients[: k - 1]
-        predicted = float(known @ consistent[k - 1 : 0 : -1])
-        if not np.isfinite(gamma[k]):
-            gamma[k] = known @ gamma[k - 1 : 0 : -1]
-        reflection = (float(gamma[k]) - float(known @ gamma[k - 1 : 0 : -1])) / innovation
-        reflection = min(max(reflection, -COLOUR.most_reflection), COLOUR.most_reflection)
-        consistent[k] = predicted + reflection * innovation
-        coefficients[:k] = np.append(known - reflection * known[::-1], reflection)
-        innovation *= 1.0 - reflection**2
-        innovations.append(innovation)
-    return coefficients, innovations, consistent
-
-
-def _extend(model: FloatArray, leading: FloatArray, count: int) -> FloatArray:
-    """Autocovariance, lags 0 .. count - 1, of the autoregressive process whose leading ones are given."""
-    order = model.size
-    gamma = np.zeros(max(count, order + 1))
-    gamma[: order + 1] = leading
-    if order > 0:
-        _recurse_lags(model, gamma, order + 1)
-    return gamma[:count]
-
-
-@njit
-def _recurse_lags(model: FloatArray, gamma: FloatArray, first: int) -> None:
-    """gamma_k = sum_j a_j gamma_(k-j) from lag `first` on, in place."""
-    for k in range(first, gamma.size):
-        gamma[k] = 0.0
-        for j in range(model.size):
-            gamma[k] += model[j] * gamma[k - 1 - j]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import uniform_filter1d
 
 from aerosid.errors import ChannelMapError
-from aerosid.logs.channel_noise import channel_noise, with_declared_noise
+from aerosid.logs.channel_noise import channel_noise, noise_deviation, with_declared_noise
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.logs.quality import Problem, check_log
@@ -95,3 +95,9 @@ def test_a_map_gives_noise_in_the_files_unit(tmp_path: Path) -> None:
     mapping.write_text(mapping.read_text().replace("noise = 0.1", "noise = -0.1"))
     with pytest.raises(ChannelMapError, match="noise"):
         read_log(path)
+
+
+@pytest.mark.parametrize("declared", [{}, {"noise": {"alpha": 3e-3}}, {"resolution": {"alpha": 1e-2}}])
+def test_the_deviation_alone_is_the_same(declared: dict[str, dict[str, float]]) -> None:
+    log = log_of(noisy(), **declared)
+    assert noise_deviation(log, "alpha") == channel_noise(log, "alpha").deviation

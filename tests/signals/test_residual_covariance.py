@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from scipy import linalg, signal
 
+from aerosid.signals.autoregressive_noise import akaike_order, extended, levinson
 from aerosid.signals.noise import autocovariance
 from aerosid.signals.residual_covariance import (
     ResidualCovariance,
-    _block_length,
-    _extend,
-    _levinson,
+    _block_length_and_order,
     _noise_autocovariances,
-    _order,
     _orthogonal,
     coloured_covariance,
     coloured_covariance_groups,
@@ -191,7 +189,7 @@ def test_lags_that_never_occur_are_as_the_others_predict_them(period: int, prese
             scaled = np.trace(left, lag) / pairs * (count - lag) / count
             assert scaled == pytest.approx(measured[lag], abs=2e-3 * measured[0])
         else:
-            shorter, _, _ = _levinson(gamma, lag - 1)
+            shorter, _, _ = levinson(gamma, lag - 1)
             assert gamma[lag] == pytest.approx(shorter @ gamma[lag - 1 : 0 : -1], abs=1e-9)
 
 
@@ -200,8 +198,8 @@ def test_the_noise_model_of_an_autoregressive_residual_has_its_spectrum_at_zero(
     """The sum of its autocorrelation over all lags is that by which the variance of a mean is larger."""
     residual = autoregressive(np.random.default_rng(7), [coefficient], 20000)
     measured = autocovariance(residual, residual.size - 1)
-    model, _, leading = _levinson(measured, _order(measured, residual.size))
-    gamma = _extend(model, leading, residual.size)
+    model, _, leading = levinson(measured, akaike_order(measured, residual.size))
+    gamma = extended(model, leading, residual.size)
     inflation = 1.0 + 2.0 * np.sum(gamma[1:]) / gamma[0]
     assert inflation == pytest.approx((1.0 + coefficient) / (1.0 - coefficient), rel=0.15)
 
@@ -289,10 +287,10 @@ def test_blocks_are_no_longer_than_leave_enough_whole_ones() -> None:
     rng = np.random.default_rng(12)
     residual = signal.lfilter(*signal.butter(2, 0.05), rng.standard_normal(1000))
     regressors = signal.lfilter(*signal.butter(2, 0.005), rng.standard_normal((1000, 2)), axis=0)
-    assert _block_length(regressors, residual) > 5
-    assert residual.size // _block_length(regressors, residual) >= COLOUR.fewest_blocks
+    assert _block_length_and_order(regressors, residual)[0] > 5
+    assert residual.size // _block_length_and_order(regressors, residual)[0] >= COLOUR.fewest_blocks
     residual[rng.random(1000) < 0.7] = np.nan
-    assert _block_length(regressors, residual) == 1
+    assert _block_length_and_order(regressors, residual)[0] == 1
 
 
 @pytest.mark.slow
