@@ -7,12 +7,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerosid.compiled.threads import mapped_in_threads
 from aerosid.effects import ActiveEffect
 from aerosid.errors import EstimationError
 from aerosid.estimation import damped_step
-from aerosid.estimation.damped_search import UNDAMPED, levenberg_marquardt_step
+from aerosid.estimation.damped_search import UNDAMPED, full_step, levenberg_marquardt_step
 from aerosid.estimation.fit_settings import COMPETING_FITS, RefinementSettings
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.likelihood_point import Point
@@ -63,7 +64,7 @@ def fit_competing_structures(
     All fits make one step in turn, distributed over the cores. After two, or after one from a known likelihood or one
     that decreased -2 ln L as far as it was predicted to, a fit is terminated where even several times the decrease
     predicted by its linearisation would leave it above the level. With a given level the fits are independent, and each
-    is completed at once.
+    is completed at once. A fit that returns to an estimate that is `known` is terminated on the way.
     """
     if level is not None and len(starts) > 1:
 
@@ -88,22 +89,22 @@ def fit_competing_structures(
         return levenberg_marquardt_step(likelihoods[n], points[n], settings, hold_variance=False, damping=dampings[n])
 
     for turn in range(settings.steps):
-        as_predicted = set()
+        as_predicted, returning = set(), set()
         for n, better in zip(active, mapped_in_threads(stepped, active), strict=True):
             converged[n] = better is None or better[1]
             if better is not None:
                 # With a given level, since among themselves fits are compared when most of them are near their maximum.
                 if turn == 0 and level is not None and _is_as_predicted(likelihoods[n], points[n], better[0]):
                     as_predicted.add(n)
+                if _returns(likelihoods[n], points[n], better[0], starts[n].known):
+                    returning.add(n)
                 points[n], _, dampings[n] = better
-        active = [n for n in active if not converged[n]]
+        active = [n for n in active if not (converged[n] or n in returning)]
         # A fit that started at the maximum predicted by another's linearisation is near its own after a single step.
         compared = [n for n in active if turn > 0 or n in as_predicted or (near and starts[n].point is not None)]
         if not compared:
             continue
-        reached = level
-        if reached is None:
-            reached = min(point.cost + penalties[n] for n, point in points.items())
+        reached = min(point.cost + penalties[n] for n, point in points.items()) if level is None else level
         for n in compared:
             predicted = COMPETING_FITS.most_of_promise * predicted_decrease(likelihoods[n], points[n])
             if points[n].cost + penalties[n] - predicted > reached + margin:
@@ -130,6 +131,21 @@ def _not_simulated(likelihood: Likelihood, start: Start) -> Refinement:
         information=np.zeros((count, count)),
         converged=False,
     )
+
+
+def _returns(likelihood: Likelihood, before: Point, point: Point, known: Refinement | None) -> bool:
+    """Whether a step led nearly all the way to a known estimate, and the next is predicted to do so again."""
+    if known is None:
+        return False
+    there = np.concatenate([known.model.values[likelihood.free], *known.states])
+
+    def distance(parameters: NDArray[np.float64]) -> float:
+        away = parameters - there
+        return float(away @ known.information @ away)
+
+    was, now = (np.concatenate([each.values[likelihood.free], *each.states]) for each in (before, point))
+    ahead = distance(now + full_step(likelihood, point))
+    return distance(now) < COMPETING_FITS.returning * distance(was) and ahead < COMPETING_FITS.returning * distance(now)
 
 
 def _is_as_predicted(likelihood: Likelihood, before: Point, after: Point) -> bool:

@@ -117,6 +117,12 @@ def levenberg_marquardt_step(
     return trial, rest, max(damping * 0.1, 1e-12)
 
 
+def full_step(likelihood: Likelihood, point: Point) -> NDArray[np.float64]:
+    """The first step (M,) of a search from a point, noise variances at their maximum."""
+    active = likelihood.active(point.effects)
+    return _predicted_step(point, active, UNDAMPED, likelihood.variance_floor, DAMPED_STEPS.weightings, 1.0).step
+
+
 def _is_converged(
     point: Point,
     predicted: _PredictedStep,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
+from aerosid.estimation.likelihood import Whitened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.signals.residual_covariance import coloured_covariance_groups, published_covariance_groups
@@ -61,6 +62,11 @@ class Deviations:
             beside_effects=None if beside is None else beside[np.ix_(chosen, chosen)],
         )
 
+    @property
+    def as_white(self) -> Deviations:
+        """Those of white residuals, in the places of the corrected ones."""
+        return replace(self, corrected=self.white, effects=self.effects_white)
+
     def no_smaller_than(self, least: NDArray[np.float64]) -> Deviations:
         """With no standard deviation of a free entry smaller than another witness's (F,), their correlations kept."""
         corrected = np.fmax(self.corrected, least)
@@ -70,36 +76,43 @@ class Deviations:
         return replace(self, corrected=corrected, covariance=self.covariance * np.outer(factor, factor))
 
 
-def deviations(refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, quick: bool = False) -> Deviations:
+def deviations(
+    refinement: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    *,
+    quick: bool = False,
+    whitened: Iterable[Whitened] | None = None,
+) -> Deviations:
     """The estimate's standard deviations, plain and corrected for coloured residuals.
 
     Parameters
     ----------
     quick : bool
         Take the published correction, raised by its usual shortfall, in place of the modelled one: for searches.
+    whitened : iterable of Whitened, optional
+        The estimate's stretches, where they are known.
 
     Notes
     -----
     Morelli & Klein, Journal of Aircraft 34 (2), 1997: the autocorrelation of each output's residual takes the place
     of white noise in the covariance of the estimate; the modelled correction is that of `residual_covariance`.
     """
-    groups = []
-    for part in whiten(refinement, manoeuvres):
-        for i in range(refinement.variance.size):
-            present = np.isfinite(part.residual[:, i])
-            if present.any():
-                groups.append((part.columns[present, i, :], part.residual[present, i], 1.0))
     white = refinement.covariance
     # Undetermined parameters have no standard deviation; the others must not fail for them.
     keep = np.flatnonzero(np.isfinite(np.diag(white)) & (np.diag(white) > 0.0))
     corrected = np.full(white.shape, np.inf)
-    chosen = [(x[:, keep], r, w) for x, r, w in groups]
+    groups = []
+    for part in whiten(refinement, manoeuvres) if whitened is None else whitened:
+        for i in range(refinement.variance.size):
+            present = np.flatnonzero(np.isfinite(part.residual[:, i]))
+            if present.size:
+                groups.append((part.columns[present[:, None], i, keep], part.residual[present, i], 1.0))
     try:
         if quick:
-            part_published = published_covariance_groups(chosen)
+            part_published = published_covariance_groups(groups)
             part_corrected = RESIDUAL_TESTS.quick_shortfall**2 * part_published
         else:
-            found = coloured_covariance_groups(chosen)
+            found = coloured_covariance_groups(groups)
             part_published, part_corrected = found.published, found.corrected
     except ValueError:
         part_published = part_corrected = np.full((keep.size, keep.size), np.inf)

@@ -180,7 +180,7 @@ class Start:
     """Start of an estimate: the free entries, and the start values of everything.
 
     As the parameters of `refine`. `point`: the likelihood at the start, where another estimate's linearisation gives
-    it.
+    it. `known`: an estimate of the same structure, without effects, to which the fit need not return.
     """
 
     model: AerodynamicModel
@@ -189,6 +189,7 @@ class Start:
     states: tuple[NDArray[np.float64], ...] | None = None
     variance: NDArray[np.float64] | None = None
     point: Point | None = None
+    known: Refinement | None = None
 
 
 def first_point(likelihood: Likelihood, start: Start, settings: RefinementSettings) -> Point:

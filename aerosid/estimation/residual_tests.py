@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
+from aerosid.estimation.likelihood import Whitened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.signals.fit_statistics import is_coloured, noise_memories
 
 
 def unexplained_channels(
-    refinement: Refinement, manoeuvres: Sequence[Manoeuvre], *, noise_hidden: bool = False
+    refinement: Refinement,
+    manoeuvres: Sequence[Manoeuvre],
+    *,
+    noise_hidden: bool = False,
+    whitened: Iterable[Whitened] | None = None,
 ) -> tuple[str, ...]:
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
     A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a recorder hides the noise,
     a residual counts that exceeds the white noise by more, leaves a share of the channel's variance and repeats itself
-    for longer than filtered noise does, of which the last digits of a log may show a twentieth.
+    for longer than filtered noise does, of which the last digits of a log may show a twentieth. `whitened`: the
+    estimate's stretches, where they are known.
     """
     level = np.sqrt(refinement.variance)
     least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio
     unexplained: dict[str, None] = {}
-    for part in whiten(refinement, manoeuvres, columns=()):
+    for part in whiten(refinement, manoeuvres, columns=()) if whitened is None else whitened:
         manoeuvre = manoeuvres[part.log]
         ratios: dict[int, float] = {}
         for i in range(len(manoeuvre.axes.outputs)):

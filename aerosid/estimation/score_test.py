@@ -18,7 +18,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
-from aerosid.estimation.likelihood import Likelihood, Trial
+from aerosid.estimation.likelihood import Likelihood, Trial, Whitened
 from aerosid.estimation.likelihood_point import Point
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
@@ -166,6 +166,12 @@ class Linearised:
         groups = [[here[c] for c in self.asked[n][1]] for n in batch]
         own = np.array([here[int(place)] for place in self.own], dtype=np.int64)
         return places, _extended_point(self.refinement, manoeuvres, entries, tested, own, groups)
+
+    @property
+    def whitened(self) -> tuple[Whitened, ...] | None:
+        """The stretches of the estimate, as of `whiten`, where they are one."""
+        whitened = self._tested_point.whitened
+        return None if whitened is None else (whitened,)
 
     def with_terms(self, entries: Sequence[Entry]) -> Point:
         """The likelihood of the estimate with further terms of zero value, in the parameters of that structure.

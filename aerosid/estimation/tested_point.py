@@ -14,7 +14,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.estimation.likelihood import Likelihood, Trial
+from aerosid.estimation.likelihood import Likelihood, Trial, Whitened
 from aerosid.estimation.likelihood_point import Point
 
 
@@ -24,7 +24,8 @@ class TestedPoint:
 
     `point` the likelihood in the estimate's parameters alone, `own` (P,) their places, in rising order. `rows`
     (m, P, M) of each output's information, `gradients` (m, M). `pairs` (K, 2) of parameters of one hypothesis, each
-    with itself and with those after it, in rising order; `products` (m, K) their information.
+    with itself and with those after it, in rising order; `products` (m, K) their information. `whitened` the residuals
+    and the sensitivities to the estimate's parameters, of one log in one stretch; None of more.
     """
 
     __test__ = False  # its name is not that of a class of tests
@@ -35,6 +36,7 @@ class TestedPoint:
     gradients: NDArray[np.float64]
     pairs: NDArray[np.int64]
     products: NDArray[np.float64]
+    whitened: Whitened | None = None
 
     @property
     def information(self) -> NDArray[np.float64]:
@@ -113,6 +115,7 @@ def tested_point(
     kept = np.concatenate([[0], 1 + own])
     rows, products = np.zeros((outputs, kept.size, 1 + count)), np.zeros((outputs, len(pairs)))
     counts, log_sum = np.zeros(outputs), 0.0
+    whitened: Whitened | None = None
     for part in likelihood.whitened(trial):
         held = np.count_nonzero(part.held, axis=0)
         joint = np.concatenate([[0], 1 + likelihood.places(part.log, count)])
@@ -126,6 +129,9 @@ def tested_point(
             products[i] += np.einsum("np,np->p", block[:, first], block[:, second])
         counts += held
         log_sum += part.log_sum
+        if len(likelihood.manoeuvres) == 1 and part.held.shape[0] == likelihood.manoeuvres[0].flight.time.size:
+            residual = np.where(part.held, part.block[:, :, 0], np.nan)
+            whitened = Whitened(part.log, residual, part.block[:, :, 1 + own], part.predicted, part.log_sum)
     squares = rows[:, 0, 0].copy()
     point = Point(
         values=np.array(trial.values),
@@ -140,4 +146,4 @@ def tested_point(
         prior_normal=np.zeros((own.size, own.size)),
         prior_gradient=np.zeros(own.size),
     )
-    return TestedPoint(point, own, rows[:, 1:, 1:], rows[:, 0, 1:].copy(), pairs, products)
+    return TestedPoint(point, own, rows[:, 1:, 1:], rows[:, 0, 1:].copy(), pairs, products, whitened)

@@ -160,17 +160,18 @@ are significant among so many candidates (`backward_elimination.eliminate_on_fin
 
 def _without_errors_of_inconsistent_sensor(search: StructureSearch, completed: Refinement) -> Refinement:
     """The estimate without the errors of the one sensor whose channel alone keeps a residual."""
-    unexplained = search.unexplained_channels(completed)
+    errors = [
+        part
+        for part in search.parts(completed, None)
+        if part.active is not None and isinstance(part.active.effect, OutputEffect)
+    ]
+    unexplained = search.unexplained_channels(completed) if errors else ()
     if len(unexplained) != 1:
         return completed
     place = search.manoeuvres[0].row(unexplained[0])
     noise = max(float(manoeuvre.noise[place]) for manoeuvre in search.manoeuvres)
     rms = float(np.sqrt(completed.variance[place]))
-    errors = [
-        part
-        for part in search.parts(completed, None)
-        if part.active is not None and isinstance(part.active.effect, OutputEffect) and part.label[1] == unexplained[0]
-    ]
+    errors = [part for part in errors if part.label[1] == unexplained[0]]
     limits = search.settings.odd_sensor
     if rms < limits.odd * noise or not errors:
         return completed

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from scipy.special import chdtri
 
 from aerosid.effects.step_input import is_step_change
@@ -66,7 +64,7 @@ def variance_inflation(
     search: StructureSearch, current: Refinement, uncertainty: Deviations, labels: set[tuple[str, str, str]]
 ) -> float:
     """Largest inflation of some parts' variances by coloured residuals, at least 1."""
-    white = search.parts(current, replace(uncertainty, corrected=uncertainty.white, effects=uncertainty.effects_white))
+    white = search.parts(current, uncertainty.as_white)
     corrected = search.parts(current, uncertainty)
     ratios = [
         (part.std_error / plain.std_error) ** 2

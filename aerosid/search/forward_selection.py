@@ -14,6 +14,7 @@ from aerosid.search.backward_elimination import eliminate_insignificant
 from aerosid.search.findings import Identity, Part, identity
 from aerosid.search.noise_filtering import explains_beyond_noise_averaging
 from aerosid.search.restarts import restart_candidates, restarts_from_declared_values
+from aerosid.search.shortlist_fits import ShortlistFit, fits_of, leading_fits
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import shortlisted, trial_fits, without_idle_step_changes
 
@@ -30,25 +31,35 @@ def forward_selection(
     for _ in range(search.settings.rounds if max_entries is None else max_entries):
         scores = search.scores(current)
         rounds.append(scores)
-        shortlist = shortlisted(search, scores)
-        trials = trial_fits(search, current, shortlist)
-        if all(search.has_gross_residual(trial) for trial in trials):
-            level = min(map(search.penalised_cost, trials), default=search.penalised_cost(current))
-            restarted = restart_candidates(search, current, shortlist, trials, level)
-            trials += trial_fits(
-                search, current, [], level, further=restarts_from_declared_values(search, current, restarted, level)
-            )
-        trials = without_idle_step_changes(
-            search, current, trials, min(map(search.penalised_cost, trials), default=np.inf)
-        )
-        trials = [trial for trial in trials if search.penalised_cost(trial) < search.penalised_cost(current)]
-        improved = next(
-            (better for better in reduced_trials(search, trials) if is_new_structure(search, better, current)), None
-        )
+        fits, left_out = leading_fits(search, current, shortlisted(search, scores))
+        improved = _improved(search, current, fits)
+        if improved is None and left_out and _lowers_cost(search, current, fits):
+            improved = _improved(search, current, fits_of(search, current, left_out))
         if improved is None:
             break
         current = with_disturbance_statistics(search, improved)
     return current, rounds
+
+
+def _lowers_cost(search: StructureSearch, current: Refinement, fits: Sequence[ShortlistFit]) -> bool:
+    """Whether a trial fit has a lower penalised cost than the present estimate, whatever its parts' significance."""
+    return any(search.penalised_cost(fit) < search.penalised_cost(current) for _, fit in fits)
+
+
+def _improved(search: StructureSearch, current: Refinement, fits: Sequence[ShortlistFit]) -> Refinement | None:
+    """The best new structure of some trial fits and their restarts, after backward elimination; None without one."""
+    trials = [fit for _, fit in fits]
+    if all(search.has_gross_residual(trial) for trial in trials):
+        level = min(map(search.penalised_cost, trials), default=search.penalised_cost(current))
+        restarted = restart_candidates(search, current, fits, level)
+        trials += trial_fits(
+            search, current, [], level, further=restarts_from_declared_values(search, current, restarted, level)
+        )
+    trials = without_idle_step_changes(search, current, trials, min(map(search.penalised_cost, trials), default=np.inf))
+    trials = [trial for trial in trials if search.penalised_cost(trial) < search.penalised_cost(current)]
+    return next(
+        (better for better in reduced_trials(search, trials) if is_new_structure(search, better, current)), None
+    )
 
 
 def reduced_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iterator[Refinement]:

@@ -13,9 +13,10 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
-from aerosid.search.backward_elimination import eliminate_insignificant, variance_inflation
+from aerosid.search.backward_elimination import eliminate_insignificant
 from aerosid.search.finding_evidence import finding_from_part
 from aerosid.search.findings import Finding, Part, named
+from aerosid.search.linearised_exchange import indifference_margin, inflation_of_labels, possible_replacements
 from aerosid.search.noise_filtering import explains_beyond_noise_averaging
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import shortlisted, start_with_hypothesis, trial_fits, without_idle_step_changes
@@ -152,12 +153,7 @@ def has_competitors(search: StructureSearch, current: Refinement, group: Sequenc
     entries = [part.entry for part in group if part.entry is not None]
     if len(entries) < len(group):
         return True
-    loss, scores = search.linearised_with_candidates(current).in_place_of(entries)
-    # A spline approximates any curve closely: it counts only where it recovers the loss completely.
-    limits = search.settings.replacement
-    negligible_loss = limits.surely_apart * margin
-    tolerated_loss = negligible_loss, limits.nearly_all * loss + negligible_loss
-    return any(loss - score.gain < tolerated_loss[score.hypothesis.searched_parameters == 0] for score in scores)
+    return bool(possible_replacements(search, current, entries, margin))
 
 
 def collinear_candidates(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:
@@ -239,13 +235,3 @@ def indistinguishable_findings(
                 for part in others
             )
     return found
-
-
-def indifference_margin(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
-    """Insignificant difference in penalised cost, multiplied by the parts' variance inflation by coloured residuals."""
-    return search.settings.reach * inflation_of_labels(search, current, labels)
-
-
-def inflation_of_labels(search: StructureSearch, current: Refinement, labels: set[tuple[str, str, str]]) -> float:
-    """Variance inflation of the parts of some labels by coloured residuals, at least 1."""
-    return variance_inflation(search, current, search.quick_deviations(current), labels)

@@ -15,17 +15,19 @@ from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
 from aerosid.estimation.score_test import Score
 from aerosid.search.noise_filtering import NOISE_AVERAGING_KINDS
+from aerosid.search.shortlist_fits import ShortlistFit
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.trial_fits import start_with_hypothesis
 
 
 def restarts_from_declared_values(
-    search: StructureSearch, current: Refinement, shortlist: Sequence[Score], level: float
+    search: StructureSearch, current: Refinement, fits: Sequence[ShortlistFit], level: float
 ) -> list[Start]:
     """Starts from the declared values, where the residual is gross; `level`: the penalised cost reached already.
 
     The re-estimated derivatives then compensate a large missing effect: a local minimum of the cost, at which scores
-    mislead. So every noise-averaging kind (lag, time delay, rate limit) is tried too, whatever its score.
+    mislead. So every noise-averaging kind (lag, time delay, rate limit) is tried too, whatever its score. `fits`: what
+    is tried again; a term's restart is given up where it leads back to the fit.
     """
     # With gusts and unmodelled forces no gross residual remains.
     if search.declared_values is None or not search.has_gross_residual(current) or current.is_disturbed:
@@ -39,32 +41,32 @@ def restarts_from_declared_values(
     for entry, value in declared.items():
         values[current.model.index(entry)] = value
     at_declared_values = replace(current, model=current.model.with_values(values))
-    candidates = [(s.hypothesis, s.trial) for s in shortlist if s.hypothesis.kind not in NOISE_AVERAGING_KINDS]
+    candidates = [each for each in fits if each.score.hypothesis.kind not in NOISE_AVERAGING_KINDS]
     noise_averaging = [h for h in search.candidate_hypotheses(current) if h.kind in NOISE_AVERAGING_KINDS]
     starts = profile_starts(search, at_declared_values, noise_averaging, level)
-    for hypothesis, trial in candidates:
+    for candidate, fit in candidates:
+        hypothesis, trial = candidate.hypothesis, candidate.trial
         effects = tuple(
             replace(a, values=tuple(p.trials[min(trial, len(p.trials) - 1)] for p in a.effect.parameters))
             for a in hypothesis.effects
         )
         score = Score(replace(hypothesis, effects=effects), 0.0, (0.0,) * hypothesis.parameters, 0.0, trial)
-        starts.append(replace(start_with_hypothesis(search, at_declared_values, score), states=None))
+        known = fit if fit.converged and not fit.effects else None
+        starts.append(replace(start_with_hypothesis(search, at_declared_values, score), states=None, known=known))
     return starts
 
 
 def restart_candidates(
-    search: StructureSearch, current: Refinement, shortlist: Sequence[Score], trials: Sequence[Refinement], level: float
-) -> list[Score]:
-    """The hypotheses whose fit may improve from the declared values; `level`: the best penalised cost of the trials.
+    search: StructureSearch, current: Refinement, fits: Sequence[ShortlistFit], level: float
+) -> list[ShortlistFit]:
+    """The fits that may improve from the declared values; `level`: the best penalised cost of all.
 
     The response is linear in a term's coefficient, so that the start hardly changes the final fit: a term whose trial
-    stayed far behind the best is not tried again. `trials`: those of the shortlist, in its order.
+    stayed far behind the best is not tried again.
     """
     tolerated = search.settings.trials.restart_share * (search.penalised_cost(current) - level)
     return [
-        score
-        for score, trial in zip(shortlist, trials, strict=True)
-        if score.hypothesis.effects or search.penalised_cost(trial) <= level + tolerated
+        each for each in fits if each.score.hypothesis.effects or search.penalised_cost(each.fit) <= level + tolerated
     ]
 
 

@@ -21,6 +21,7 @@ from aerosid.effects.step_input import instant_of, is_step_change
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of, with_offsets
 from aerosid.estimation.fit_settings import TRIAL
+from aerosid.estimation.likelihood import Whitened
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, Start, refine_on
 from aerosid.estimation.residual_tests import unexplained_channels
@@ -113,7 +114,8 @@ class StructureSearch:
     def unexplained_channels(self, current: Refinement) -> tuple[str, ...]:
         """The channels with a residual above noise; those of the last estimate are stored."""
         if self.last_unexplained is None or self.last_unexplained[0] is not current:
-            self.last_unexplained = current, unexplained_channels(current, self.manoeuvres)
+            whitened = self.stored_whitened(current)
+            self.last_unexplained = current, unexplained_channels(current, self.manoeuvres, whitened=whitened)
         return self.last_unexplained[1]
 
     def penalised_cost(self, trial: Refinement, inflation: float = 1.0) -> float:
@@ -181,8 +183,14 @@ class StructureSearch:
     def quick_deviations(self, current: Refinement) -> Deviations:
         """Standard deviations of sufficient accuracy for a search; those of the last estimate are stored."""
         if self.last_deviations is None or self.last_deviations[0] is not current:
-            self.last_deviations = current, deviations(current, self.manoeuvres, quick=True)
+            whitened = self.stored_whitened(current)
+            self.last_deviations = current, deviations(current, self.manoeuvres, quick=True, whitened=whitened)
         return self.last_deviations[1]
+
+    def stored_whitened(self, current: Refinement) -> tuple[Whitened, ...] | None:
+        """The whitened stretches of an estimate, where its stored expansion was computed from them; else None."""
+        known = self.last_linearised
+        return known[1].whitened if known is not None and known[0] is current else None
 
     def scores(self, current: Refinement) -> tuple[Score, ...]:
         """Scores of the hypotheses that the estimate does not hold."""

@@ -16,8 +16,9 @@ from aerosid.estimation.maximum_likelihood import Start, refine
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.restarts import profile_starts, restart_candidates
 from aerosid.search.settings import AttributionSettings
+from aerosid.search.shortlist_fits import fits_of
 from aerosid.search.structure_search import StructureSearch
-from aerosid.search.trial_fits import shortlisted, trial_fits
+from aerosid.search.trial_fits import shortlisted
 
 
 @pytest.mark.parametrize("followed", [AttributionSettings().trials.profile_followed, 10])
@@ -71,9 +72,9 @@ def test_a_term_that_is_not_restarted_would_not_win_from_the_declared_values() -
     offered = term_hypotheses(terms) + effect_hypotheses(model, [manoeuvre], LIGHT.coefficients)
     search = StructureSearch((manoeuvre,), offered, LIGHT.coefficients, fitted, AttributionSettings(), model)
     shortlist = shortlisted(search, search.scores(fitted))
-    trials = trial_fits(search, fitted, shortlist)
-    level = min(map(search.penalised_cost, trials))
-    again = restart_candidates(search, fitted, shortlist, trials, level)
+    fits = fits_of(search, fitted, shortlist)
+    level = min(search.penalised_cost(each.fit) for each in fits)
+    again = [score for score, _ in restart_candidates(search, fitted, fits, level)]
     assert {score.hypothesis.label for score in shortlist if score.hypothesis.effects} <= {
         s.hypothesis.label for s in again
     }
