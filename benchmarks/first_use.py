@@ -23,7 +23,7 @@ from typing import NamedTuple
 import aerosid
 from aerosid.compiled.cores import available, on_cores
 from aerosid.loop.identification import identify
-from aerosid.studies.monte_carlo.search import estimate_known, search
+from aerosid.studies.monte_carlo.search import search, start_values
 
 ROOT = Path(__file__).resolve().parents[1]
 LIBRARIES = "import numpy, scipy.signal, pandas"
@@ -133,7 +133,7 @@ def once_warm(times: int) -> None:
     """Prints what the numerical part takes by itself, in this process, with all that is imported and compiled there."""
     log, unseen = (aerosid.read_log(ROOT / LOOP[n]) for n in (1, 5))
     aircraft = aerosid.load_aircraft(ROOT / LOOP[3])
-    start = estimate_known(log, aircraft).completed.model.values[: len(aircraft.derivatives)].tolist()
+    start = start_values(log, aircraft)
 
     def looped() -> object:
         with on_cores(available()):

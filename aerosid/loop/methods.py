@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
 from aerosid.equation_error.decision import EquationErrorDecision
@@ -169,13 +171,15 @@ def _by_equations(
 def _declared_estimate(problem: IdentificationProblem, settings: LoopSettings, progress: Progress) -> Refinement:
     """Maximum-likelihood estimate of the declared structure."""
     progress("re-estimating the declared model")
+    start = settings.start
     return refine(
-        _with_start_values(problem.declared, settings.start),
+        problem.declared if start is None else _with_start_values(problem.declared, start.values),
         problem.manoeuvres,
         problem.free,
         effects=problem.given,
+        variance=None if start is None else np.array(start.variance),
         priors=_priors(problem.aircraft) if settings.priors else (),
-        settings=NEARBY if settings.start else WRONG_STRUCTURE,
+        settings=WRONG_STRUCTURE if start is None else NEARBY,
     )
 
 
@@ -275,9 +279,7 @@ def by_model_error(
 
 
 def _with_start_values(declared: AerodynamicModel, start: Sequence[float]) -> AerodynamicModel:
-    """The declared model with the given start values of its terms, where there are any."""
-    if not start:
-        return declared
+    """The declared model with the given start values of its terms."""
     values = declared.values.copy()
     values[: len(start)] = start
     return declared.with_values(values)

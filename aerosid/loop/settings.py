@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.model_error.paper_chain.chain import ChainSettings
@@ -18,6 +18,13 @@ METHODS: tuple[Method, ...] = ("evidence", "likelihood", "equations", "iebmee")
 
 Progress = Callable[[str], None]
 """Called with the name of each stage as it begins."""
+
+
+class StartValues(NamedTuple):
+    """An estimate of the declared structure: `values` of its terms, noise `variance` of each output, SI squared."""
+
+    values: tuple[float, ...]
+    variance: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -60,9 +67,9 @@ class LoopSettings:
     limits : mapping of str to (float, float)
         Of that input: alpha, n_z, V, theta, beta, phi, surfaces and their rates (delta_e_rate), SI; they win over those
         of the aircraft file.
-    start : tuple of float
-        Values of the declared terms to begin their re-estimation from, for runs of a study that know them from another
-        flight; empty: those declared.
+    start : StartValues or None
+        Where the re-estimation of the declared structure begins, for runs of a study that know it from another flight;
+        None: at the declared values and the noise of the logs.
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
@@ -81,7 +88,7 @@ class LoopSettings:
     aircraft_class: str | None = None
     next_flight: bool = True
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    start: tuple[float, ...] = ()
+    start: StartValues | None = None
 
 
 USUAL = LoopSettings()

@@ -163,7 +163,7 @@ def _attributed(search: StructureSearch, results: MultiStartResult, validation: 
     accepted = accept(search, before, results, validation)
     completed, uncertainty, forces = accepted.completed, accepted.uncertainty, accepted.forces
     refuted = {part.label: Refutation.PREDICTION for part in accepted.refuted}
-    suggested = suggested_terms(search, completed, refuted)
+    suggested = suggested_terms(search, completed, refuted) if settings.reported or validation else ()
     confirmed = confirmed_terms(search, completed, suggested, validation)
     if confirmed:
         completed = with_confirmed(search, completed, [each.entry for each in confirmed])

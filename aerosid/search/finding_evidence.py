@@ -23,8 +23,12 @@ def findings_with_p_values(
 ) -> tuple[Finding, ...]:
     """The found parts as findings, largest gain first."""
     rows = []
-    for part in search.parts(completed, uncertainty):
-        gain = search.re_estimated_without(completed, [part]).cost - completed.cost
+    white = search.parts(completed, uncertainty.as_white)
+    for part, plain in zip(search.parts(completed, uncertainty), white, strict=True):
+        if part.active is None and not search.settings.reported:
+            gain = plain.ratio**2
+        else:
+            gain = search.re_estimated_without(completed, [part]).cost - completed.cost
         row = finding_from_part(search, part, gain)
         if part.active is not None:
             disturbance = part.is_disturbance

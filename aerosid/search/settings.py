@@ -304,6 +304,9 @@ class AttributionSettings:
     air_judged : bool
         Whether kinematics tested the air before. Where not, a gust is tried first if it alone gains more than the first
         hypothesis that could enter: half of the time of a search.
+    reported : bool
+        Whether a report gives the gain of each found term by a fit without it, and near-significant terms. In a study
+        the gain is Wald's statistic, and terms are suggested only to be confirmed by validation flights.
     trials, gusts, separation, refutation, odd_sensor, replacement, suggestion, coefficient_rivals, unreached, inertia
         Settings of the parts of the search.
     """
@@ -318,6 +321,7 @@ class AttributionSettings:
     disturbances: bool = True
     instruments_compared: bool = True
     air_judged: bool = True
+    reported: bool = True
     trials: TrialSettings = field(default_factory=TrialSettings)
     gusts: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     separation: SeparationSettings = field(default_factory=SeparationSettings)

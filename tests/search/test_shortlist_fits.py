@@ -14,6 +14,8 @@ from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Refinement, Start, refine
 from aerosid.estimation.residual_tests import unexplained_channels
+from aerosid.search.finding_evidence import findings_with_p_values
+from aerosid.search.forward_selection import forward_selection
 from aerosid.search.hypotheses import term_hypotheses
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.shortlist_fits import fits_of, leading_fits
@@ -107,3 +109,16 @@ def test_what_a_score_test_whitened_is_not_simulated_again(search: StructureSear
         current, search.manoeuvres
     )
     assert search.stored_whitened(replace(current)) is None
+
+
+def test_without_a_report_a_gain_is_the_statistic_of_wald(search: StructureSearch) -> None:
+    unreported = searched(replace(search.settings, reported=False))
+    current, _ = forward_selection(unreported, unreported.declared)
+    uncertainty = deviations(current, unreported.manoeuvres)
+    findings = findings_with_p_values(unreported, current, uncertainty)
+    assert {(each.where, each.term) for each in findings} == set(BOTH_SQUARES)
+    assert not current.reduced  # nothing was re-estimated without them
+    for each in findings:
+        assert each.entry is not None
+        error = uncertainty.white[current.free.index(each.entry)]
+        assert each.gain == pytest.approx((each.value / error) ** 2)

@@ -17,8 +17,9 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import Entry, controls_of
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.identification import identify
-from aerosid.loop.settings import LoopSettings
+from aerosid.loop.settings import LoopSettings, StartValues
 from aerosid.search.findings import Finding
+from aerosid.search.settings import AttributionSettings
 from aerosid.studies.monte_carlo.plan import Catalogue
 
 
@@ -37,23 +38,31 @@ class Found:
     findings: tuple[Finding, ...]
 
 
-def loop_settings(catalogue: Catalogue, start: Sequence[float] = ()) -> LoopSettings:
+def start_values(log: FlightLog, aircraft: Aircraft) -> StartValues:
+    """The estimate of the declared structure from one log, as the start of those from others."""
+    before = estimate_known(log, aircraft).completed
+    values = before.model.values[: len(aircraft.derivatives)]
+    return StartValues(tuple(values.tolist()), tuple(before.variance.tolist()))
+
+
+def loop_settings(catalogue: Catalogue, start: StartValues | None = None) -> LoopSettings:
     """The loop's settings in a study: those of `close_loop`, without the parts that only serve its report.
 
     Where only terms are searched, there is no data compatibility check either.
     """
     everything = catalogue == "all"
     return LoopSettings(
+        attribution=AttributionSettings(reported=False),
         catalogue="all" if everything else "terms",
         kinematics=everything,
         paper_chain=False,
         linear_analysis=False,
         next_flight=False,
-        start=tuple(start),
+        start=start,
     )
 
 
-def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequence[float] = ()) -> Found:
+def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: StartValues | None = None) -> Found:
     """Identification of the aircraft from one log.
 
     Parameters
@@ -64,8 +73,8 @@ def search(log: FlightLog, aircraft: Aircraft, catalogue: Catalogue, start: Sequ
         The declared model.
     catalogue : "terms" or "all"
         Scope of the search.
-    start : sequence of float
-        Initial values of the declared terms for their re-estimation; empty: those declared.
+    start : StartValues, optional
+        Where the re-estimation of the declared structure begins; by default at the declared values.
 
     Raises
     ------

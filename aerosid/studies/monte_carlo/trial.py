@@ -13,10 +13,11 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.open_loop import simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 from aerosid.logs.flight_log import FlightLog
+from aerosid.loop.settings import StartValues
 from aerosid.studies.journal import Row
 from aerosid.studies.monte_carlo.noise_draw import ColouredNoise, NoiseSource
 from aerosid.studies.monte_carlo.plan import Catalogue, Snr
-from aerosid.studies.monte_carlo.search import Found, estimate_known, search
+from aerosid.studies.monte_carlo.search import Found, estimate_known, search, start_values
 from aerosid.studies.monte_carlo.truth import Truth
 
 FloatArray = NDArray[np.float64]
@@ -36,26 +37,25 @@ class Trials:
     levels : tuple of (snr, colour)
     seed : int
     catalogue : "known", "terms" or "all"
-    starts : tuple of tuple of float
-        By level, initial values of the declared terms for their re-estimation; from the declared values, which are far
-        off where the structure is wrong, it takes a third of a run's time. Empty: those declared.
+    starts : tuple of StartValues
+        By level, where the re-estimation of the declared structure begins; from the declared values, which are far off
+        where the structure is wrong, it takes a third of a run's time. Empty: at those declared.
     """
 
     truth: Truth
     levels: tuple[tuple[Snr, float], ...]
     seed: int
     catalogue: Catalogue
-    starts: tuple[tuple[float, ...], ...] = ()
+    starts: tuple[StartValues, ...] = ()
 
     def begun(self) -> Trials:
         """The shared data with initial values: results of one more flight at each level, with an unused run number."""
         if self.catalogue == "known":
             return self
-        starts = []
-        for level in range(len(self.levels)):
-            before = estimate_known(self.log(level, _NO_RUN), self.truth.aircraft).completed
-            starts.append(tuple(before.model.values[: len(self.truth.aircraft.derivatives)].tolist()))
-        return replace(self, starts=tuple(starts))
+        levels = range(len(self.levels))
+        return replace(
+            self, starts=tuple(start_values(self.log(level, _NO_RUN), self.truth.aircraft) for level in levels)
+        )
 
     def deviations(self, level: int) -> tuple[FloatArray, FloatArray]:
         """Noise of the outputs, (p,), and of the extra inputs, (E,), SI per sample."""
@@ -101,7 +101,7 @@ def run_trial(trials: Trials, key: str) -> Row:
     if trials.catalogue == "known":
         found = estimate_known(log, truth.aircraft, truth.free, truth.effects)
     else:
-        found = search(log, truth.aircraft, trials.catalogue, trials.starts[level] if trials.starts else ())
+        found = search(log, truth.aircraft, trials.catalogue, trials.starts[level] if trials.starts else None)
     completed, uncertainty = found.completed, found.uncertainty
     if not np.isfinite(completed.cost):
         raise EstimationError("the likelihood of the estimate is not a number.")
