@@ -15,16 +15,15 @@ from aerosid.search.structure_search import StructureSearch
 
 
 def possible_replacements(
-    search: StructureSearch, current: Refinement, entries: Sequence[Entry], margin: float
+    search: StructureSearch, current: Refinement, entries: Sequence[Entry], negligible_loss: float
 ) -> list[Score]:
     """The hypotheses that could recover nearly all of the loss by removing some free entries.
 
-    `margin`: insignificant difference in penalised cost, as of `indifference_margin`.
+    `negligible_loss`: of -2 ln L, that they may leave of however small a loss.
     """
     loss, scores = search.linearised_with_candidates(current).in_place_of(entries)
     # A spline approximates any curve closely: it counts only where it recovers the loss completely.
     limits = search.settings.replacement
-    negligible_loss = limits.surely_apart * margin
     tolerated_loss = negligible_loss, limits.nearly_all * loss + negligible_loss
     return [score for score in scores if loss - score.gain < tolerated_loss[score.hypothesis.searched_parameters == 0]]
 

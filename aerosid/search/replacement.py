@@ -112,7 +112,8 @@ def replacement_fits(
     another part of the residual.
     """
     margin = indifference_margin(search, current, {part.label for part in group})
-    if not has_competitors(search, current, group, margin):
+    possible = possible_competitors(search, current, group, margin)
+    if possible is not None and not possible:
         return current, []
     # Everything about the present estimate first: the fits from the reduced one start at its stored linearisation.
     collinear = {score.hypothesis.label: score for score in collinear_candidates(search, current, group)}
@@ -135,7 +136,11 @@ def replacement_fits(
         for score in (*collinear.values(), *simultaneous_step_changes(search, group))
     ]
     margin += LARGEST_RARITY_PENALTY
-    rest = [score for label, score in competitors.items() if label not in collinear]
+    rest = [
+        score
+        for label, score in competitors.items()
+        if label not in collinear and (possible is None or score.hypothesis.effects or label in possible)
+    ]
     trials = trial_fits(search, reduced, rest, search.penalised_cost(current), margin, further)
     return reduced, without_idle_step_changes(search, reduced, trials, search.penalised_cost(current) + margin)
 
@@ -145,15 +150,18 @@ def needs_all_parts(search: StructureSearch, trial: Refinement, reduced: Refinem
     return eliminate_insignificant(search, trial) is trial and explains_beyond_noise_averaging(search, trial, reduced)
 
 
-def has_competitors(search: StructureSearch, current: Refinement, group: Sequence[Part], margin: float) -> bool:
-    """Whether a hypothesis could recover nearly all of the loss by removing a group.
+def possible_competitors(
+    search: StructureSearch, current: Refinement, group: Sequence[Part], margin: float
+) -> set[tuple[str, str, str]] | None:
+    """The hypotheses that could recover nearly all of the loss by removing a group; None: all, with an effect in it.
 
-    Terms are tested to second order, without a fit; a group with an effect is always assumed to have competitors.
+    Terms are tested to second order, without a fit.
     """
     entries = [part.entry for part in group if part.entry is not None]
     if len(entries) < len(group):
-        return True
-    return bool(possible_replacements(search, current, entries, margin))
+        return None
+    negligible_loss = search.settings.replacement.surely_apart * margin
+    return {score.hypothesis.label for score in possible_replacements(search, current, entries, negligible_loss)}
 
 
 def collinear_candidates(search: StructureSearch, current: Refinement, group: Sequence[Part]) -> list[Score]:

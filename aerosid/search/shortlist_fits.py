@@ -34,14 +34,12 @@ def leading_fits(
     Shortlisted terms mostly compete for one part of the residual, each at the cost of several simulations. The term of
     largest score is fitted first, together with all effects. The second-order expansion at its maximum, which the next
     round uses too, predicts the likelihood with each other term in its place, accurately for one that can take it,
-    however large their effect. A term of another part of the residual enters in a later round. Of a small effect no
-    term is told apart so.
+    however large their effect. A term of another part of the residual enters in a later round, and what is chosen here
+    is compared once more with all that could take its place when the search ends.
     """
     terms = [score for score in shortlist if not score.hypothesis.effects]
     leading = max(terms, key=lambda score: score.gain, default=None)
-    margin = search.settings.reach  # as penalised costs are compared here, without inflation by coloured residuals
-    small = leading is None or leading.gain < search.settings.replacement.surely_apart * margin
-    if leading is None or small or len(terms) < 2 or current.held_to_data > 0.0:
+    if leading is None or len(terms) < 2 or current.held_to_data > 0.0:
         return fits_of(search, current, shortlist), []
     others = [score for score in terms if score is not leading]
     # Before the leading fit, since only the last estimate's expansion is stored.
@@ -51,7 +49,7 @@ def leading_fits(
     (leader,) = (fit for score, fit in fits if score is leading)
     competing = others
     if leader.converged and search.penalised_cost(leader) == level:
-        possible = possible_replacements(search, leader, leading.hypothesis.entries, margin)
+        possible = possible_replacements(search, leader, leading.hypothesis.entries, search.settings.reach)
         keys = {score.hypothesis.key for score in possible}
         competing = [score for score in others if score.hypothesis.key in keys]
     further = trial_fits(search, current, [], level, further=[starts[score.hypothesis.key] for score in competing])

@@ -59,14 +59,6 @@ def test_a_term_that_is_left_out_would_not_have_won(search: StructureSearch) -> 
         assert search.penalised_cost(anew) > best
 
 
-def test_small_effects_are_all_fitted(search: StructureSearch) -> None:
-    shortlist = shortlisted(search, search.scores(search.declared))
-    small = [replace(score, gain=score.gain / shortlist[0].gain * 100.0) for score in shortlist]
-    fits, left_out = leading_fits(search, search.declared, small)
-    assert left_out == []
-    assert [each.score for each in fits] == small
-
-
 def test_a_fit_that_returns_to_a_known_estimate_is_given_up(
     search: StructureSearch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
