@@ -1,6 +1,6 @@
 """How many true derivatives of flights with nothing missing lie within two of their deviations, by derivative and axis.
 
-    python -m benchmarks.coverage --case lateral|six --air calm|gusts --flights 40 --seed 0 [--method equations]
+    python -m benchmarks.interval_coverage --case lateral|six --air calm|gusts --flights 40 --seed 0 [--method M]
 
 Three aircraft fly random steps by equations that share no code with the package (benchmarks/six_axis_flights.py), one
 flight to fit and one to validate; derivatives are declared up to 12 % off. Honest deviations hold 95.4 %.
