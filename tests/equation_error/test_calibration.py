@@ -118,7 +118,7 @@ def test_a_scale_factor_that_no_pitot_tube_has_is_no_evidence() -> None:
 
 
 def test_a_vane_whose_scale_was_identified_is_not_uncertain() -> None:
-    errors, _ = flights(4, 1.1, 0.2)
+    errors, _ = flights(7, 1.1, 0.2)
     assert ("sensor_scale", "alpha", "") in errors.selected.labels
     scales = uncertain_scales(errors.selected, errors.hypotheses, errors.selected.estimate.point.effects)
     assert [scale.name for scale in scales] == [("sensor_scale", "V")]

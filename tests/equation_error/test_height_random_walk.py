@@ -28,7 +28,11 @@ def about_a_parabola(time: Array, values: Array) -> Array:
     return np.asarray(values - basis @ (basis.T @ values))
 
 
-def test_modes_have_the_covariance_of_integrated_noise() -> None:
+def height_path(recording: Recording, channels: dict[str, Array], settings: EquationErrorSettings) -> Array:
+    return reconstruct(recording, (), channels, settings).path["h"]
+
+
+def test_modes_have_the_covariance_of_what_the_noise_of_all_sensors_leaves_in_the_path() -> None:
     recording = recorded(BODIES[2], 8000, 0.0)
     settings = EquationErrorSettings(wander_modes=40)
     manoeuvre, step = recording.manoeuvre, recording.interval
@@ -36,13 +40,14 @@ def test_modes_have_the_covariance_of_integrated_noise() -> None:
     predicted = float(np.sqrt(np.mean(np.sum(modes**2, axis=1))))
     generator = np.random.default_rng(1)
     shown = dict(zip(manoeuvre.axes.outputs, manoeuvre.noise, strict=True))
-    size = {name: max(shown[name], settings.least_noise[name]) for name in ("a_z", "theta")}
+    size = {name: max(shown[name], settings.least_noise.get(name, 0.0)) for name in ("a_x", "a_z", "q", "theta")}
     rate = np.sqrt(settings.noise_memory / step)  # white noise of that density on samples
-    trials = []
+    clean, trials = dict(recording.channels), []
+    undisturbed = height_path(recording, clean, settings)
     for _ in range(400):
-        acceleration, angle = generator.standard_normal((2, recording.time.size)) * rate
-        climb = np.cumsum(size["a_z"] * acceleration) * step + size["theta"] * angle * recording.channels["V"].mean()
-        trials.append(about_a_parabola(recording.time, np.cumsum(climb) * step))
+        noise = {name: rate * each * generator.standard_normal(recording.time.size) for name, each in size.items()}
+        noisy = clean | {name: clean[name] + each for name, each in noise.items()}
+        trials.append(about_a_parabola(recording.time, height_path(recording, noisy, settings) - undisturbed))
     # Four hundred trials determine the size to three parts in a hundred; the few slow modes count most.
     assert predicted == pytest.approx(float(np.sqrt(np.mean(np.square(trials)))), rel=0.12)
 
