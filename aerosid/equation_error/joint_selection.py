@@ -66,6 +66,13 @@ class JointSelection(NamedTuple):
     vane: IdentifiedVane | None = None
 
     @property
+    def log_likelihood(self) -> float:
+        """Of both kinds of equations."""
+        outcome = self.outcome
+        coefficients = outcome.structure.estimate.log_likelihood
+        return self.identified.estimate.log_likelihood + coefficients - outcome.delays.penalty
+
+    @property
     def instrument_errors(self) -> tuple[SelectedEffect, ...]:
         """Those of kinematics, and the position of a vane."""
         return (*self.identified.chosen, *(() if self.vane is None else (self.vane.effect,)))
@@ -78,19 +85,31 @@ def selected_jointly(
     alone = _selected(errors, identified, coefficients, values)
     delays, structure, criterion = alone.outcome.delays, alone.outcome.structure, alone.search.criterion
     worsens = functools.partial(alone.search.worsens_prediction, structure.estimate)
-    for begun in likelier_places(alone.identified, delays, structure, errors.hypotheses, criterion):
+    confirmed: list[tuple[float, JointSelection]] = []
+    begun_at = list(likelier_places(alone.identified, delays, structure, errors.hypotheses, criterion))
+    for begun in begun_at:
         if worsens(begun.coefficients):
             continue
         placed, vane = _selected_with(begun, errors, coefficients, values)
         gain = _penalised(placed, errors.criterion) - _penalised(alone, errors.criterion)
         if vane.is_confirmed and gain > criterion.penalty(vane.hypothesis) and not worsens(vane.coefficients):
-            outcome = replace(placed.outcome, delays=vane.with_position_free())
-            named = set(outcome.structure.labels)
-            others = (*placed.other_delays, *(row for row in begun.alternatives if row.hypothesis.label not in named))
-            effect = SelectedEffect(vane.hypothesis, kinematic=False, gain=gain)
-            identified_vane = IdentifiedVane(effect, *estimate_of(delays, begun.timing))
-            return placed._replace(outcome=outcome, other_delays=others, vane=identified_vane)
-    return alone
+            unplaced = tuple(other.timing.where for other in begun_at if other is not begun)
+            confirmed.append((gain, _with_vane(alone, placed, begun, vane, unplaced)))
+    return max(confirmed, key=lambda pair: pair[0])[1] if confirmed else alone
+
+
+def _with_vane(
+    alone: JointSelection, placed: JointSelection, begun: PlacedVane, vane: PlacedVane, unplaced: tuple[str, ...]
+) -> JointSelection:
+    """A selection with a vane's position among its errors, and what was selected without it in its place."""
+    outcome = replace(placed.outcome, delays=vane.with_position_free())
+    named = set(outcome.structure.labels)
+    others = (*placed.other_delays, *(row for row in begun.alternatives if row.hypothesis.label not in named))
+    gain = vane.log_likelihood - alone.log_likelihood
+    effect = SelectedEffect(vane.hypothesis, kinematic=False, gain=gain)
+    instead = alone.outcome.structure.labels_not_in(outcome.structure)
+    found = IdentifiedVane(effect, *estimate_of(alone.outcome.delays, begun.timing), instead, unplaced)
+    return placed._replace(outcome=outcome, other_delays=others, vane=found)
 
 
 def _selected_with(

@@ -47,8 +47,9 @@ class Refinement:
         Whether the last step was within the tolerance.
     held_to_data : float
         Factor on the inputs' noise where the model diverges in open loop and was fitted in the filter form; else 0.
-    has_priors : bool
-        Whether a-priori estimates of entries entered, which are part of the cost.
+    is_maximum : bool
+        Whether it is where a search of the likelihood's maximum ended, without a-priori estimates, whose part of the
+        cost others lack. An estimate by any other method is none.
     seen_on_others : mapping of str to tuple of ActiveEffect
         Step changes that the coefficients show on logs beside the effects, by name of each log where they were looked
         for.
@@ -69,7 +70,7 @@ class Refinement:
     information: NDArray[np.float64]
     converged: bool
     held_to_data: float = 0.0
-    has_priors: bool = False
+    is_maximum: bool = False
     seen_on_others: Mapping[str, tuple[ActiveEffect, ...]] = field(default_factory=dict, repr=False, compare=False)
     placed: dict[tuple[str, float, int], tuple[ActiveEffect, ...]] = field(
         init=False, default_factory=dict, repr=False, compare=False
@@ -242,7 +243,7 @@ def refinement_at(
         information=point.information,
         converged=converged,
         held_to_data=likelihood.held_to_data,
-        has_priors=bool(likelihood.priors),
+        is_maximum=not likelihood.priors,
     )
 
 

@@ -17,6 +17,10 @@ from numpy.typing import NDArray
 from aerosid.estimation.likelihood import Likelihood, Trial, Whitened
 from aerosid.estimation.likelihood_point import Point
 
+KEPT = 4_000_000
+"""Numerical: size of an estimate's own sensitivities up to which they are kept, 32 MB; those of a longer record are
+computed again where they are wanted."""
+
 
 @dataclass(frozen=True)
 class TestedPoint:
@@ -129,7 +133,8 @@ def tested_point(
             products[i] += np.einsum("np,np->p", block[:, first], block[:, second])
         counts += held
         log_sum += part.log_sum
-        if len(likelihood.manoeuvres) == 1 and part.held.shape[0] == likelihood.manoeuvres[0].flight.time.size:
+        is_all = len(likelihood.manoeuvres) == 1 and part.held.shape[0] == likelihood.manoeuvres[0].flight.time.size
+        if is_all and part.held.size * own.size <= KEPT:
             residual = np.where(part.held, part.block[:, :, 0], np.nan)
             whitened = Whitened(part.log, residual, part.block[:, :, 1 + own], part.predicted, part.log_sum)
     squares = rows[:, 0, 0].copy()

@@ -43,13 +43,21 @@ def note_on_vane(seen: IdentifiedVane, row: EffectEstimate) -> str:
     """Note on a vane's position identified beside its time delay, with what the delay is without it."""
     kind, channel = seen.timing.effect.kind.removeprefix("sensor_"), seen.timing.effect.where
     alone = with_deviation(seen.timing.values[0], seen.std_error)
+    instead = (
+        f", although {listed([named(label) for label in seen.instead])} is then identified" if seen.instead else ""
+    )
+    further = (
+        f" The vane of {listed(seen.unplaced)} is late too; its position was not looked for beside this one."
+        if seen.unplaced
+        else ""
+    )
     return (
         f"The position of the vane of {channel} is not declared; it is identified as "
         f"{with_deviation(row.value, row.std_error)} m ahead of the centre of gravity. Kinematics show only the sum of "
         f"its {kind} and that distance over the airspeed; forces and moments distinguish them. Without the position "
-        f"the {kind} is {alone} s and 2 ln L is {number(2.0 * row.gain, 2)} lower. Forces or moments that lag "
+        f"the {kind} is {alone} s and 2 ln L is {number(2.0 * row.gain, 2)} lower{instead}. Forces or moments that lag "
         f"{channel} resemble such a position, and gusts that a boom meets early enlarge it. If it is known, declare it "
-        "in the channel map."
+        f"in the channel map.{further}"
     )
 
 

@@ -48,7 +48,7 @@ def leading_fits(
     level = min(search.penalised_cost(fit) for _, fit in fits)
     (leader,) = (fit for score, fit in fits if score is leading)
     competing = others
-    if leader.converged and search.penalised_cost(leader) == level:
+    if leader.converged and leader.held_to_data == 0.0 and search.penalised_cost(leader) == level:
         possible = possible_replacements(search, leader, leading.hypothesis.entries, search.settings.reach)
         keys = {score.hypothesis.key for score in possible}
         competing = [score for score in others if score.hypothesis.key in keys]

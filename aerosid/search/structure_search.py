@@ -271,9 +271,8 @@ class StructureSearch:
     def _is_declared(self, reduced: Refinement) -> bool:
         """Whether a structure is the declared one, of which an estimate by the same likelihood is known."""
         declared = self.declared
-        if not declared.converged or declared.has_priors or declared.held_to_data > 0.0 or reduced.held_to_data > 0.0:
-            return False
-        return (reduced.free, reduced.effects) == (declared.free, declared.effects)
+        comparable = declared.is_maximum and declared.converged and reduced.held_to_data == declared.held_to_data == 0.0
+        return comparable and (reduced.free, reduced.effects) == (declared.free, declared.effects)
 
     def _reduced_fit(self, current: Refinement, reduced: Refinement, parts: Sequence[Part]) -> Refinement:
         if current.effects or current.held_to_data > 0.0:
@@ -299,6 +298,8 @@ class StructureSearch:
     def refined(self, current: Refinement) -> Refinement:
         """A trial fit continued to convergence, from its stored linearisation."""
         point = None
-        if self.last_linearised is not None and self.last_linearised[0] is current and not current.is_disturbed:
+        known = self.last_linearised is not None and self.last_linearised[0] is current
+        # One in the filter form, or with disturbances, is continued from a likelihood of its own kind.
+        if self.last_linearised is not None and known and not current.is_disturbed and current.held_to_data == 0.0:
             point = replace(self.last_linearised[1].with_terms(()), values=np.array(current.model.values))
         return refine_on(current, self.manoeuvres, point=point)

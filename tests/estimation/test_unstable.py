@@ -15,7 +15,10 @@ from aerosid.estimation.score_test import score_hypotheses
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.simulation import fly, input_row, trim
 from aerosid.logs.flight_log import FlightLog
+from aerosid.search.attribution import attribute_by_search
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.settings import AttributionSettings
+from aerosid.search.structure_search import StructureSearch
 
 SEEDS = range(3)
 
@@ -64,6 +67,21 @@ def test_derivatives_are_within_three_bounds_with_a_fed_back_elevator(seed: int)
     log = flown_by_feedback(problem, seed)
     assert np.abs(log["alpha"] - log["alpha"][0]).max() < 0.2
     assert np.abs(ratios(problem, log)).max() < 3.0
+
+
+def test_a_term_is_found_by_an_estimate_that_is_held_to_the_data() -> None:
+    # The result was told as one in open loop, where this motion cannot be simulated, and its standard errors failed.
+    problem = replace(Problem(UNSTABLE, undeclared={("C_m", "alpha^2"): -2.0}, amplitude=0.03), duration=20.0)
+    model, manoeuvre = problem.prepared(flown_by_feedback(problem, 0))
+    declared = refine(model, [manoeuvre], model.entries)
+    assert declared.held_to_data > 0.0
+    hypotheses = term_hypotheses([entry("C_m", "alpha^2"), entry("C_X", "alpha^2")])
+    settings = AttributionSettings(disturbances=False)
+    found = attribute_by_search(StructureSearch((manoeuvre,), hypotheses, (), declared, settings, model), ())
+    assert found.completed.held_to_data > 0.0
+    (finding,) = found.findings
+    assert finding.entry == entry("C_m", "alpha^2")
+    assert abs(finding.value + 2.0) < 3.0 * finding.std_error
 
 
 def test_hypotheses_are_scored_for_an_estimate_that_is_held_to_the_data() -> None:

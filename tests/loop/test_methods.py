@@ -84,3 +84,8 @@ def test_a_vane_placed_beside_its_lag_is_told_with_the_lag_alone() -> None:
     said = note_on_vane(vane, EffectEstimate(hypothesis, ahead, 5.98, 1.04, (1.04,), 13.2, "coefficients"))
     assert "identified as 6.0 ± 1.0 m ahead of the centre of gravity" in said
     assert "Without the position the lag is 0.1532 ± 0.0085 s and 2 ln L is 26 lower." in said
+    assert said.endswith("declare it in the channel map.")
+    both = vane._replace(instead=(("aero_term", "C_X", "q_hat"),), unplaced=("beta",))
+    said = note_on_vane(both, EffectEstimate(hypothesis, ahead, 5.98, 1.04, (1.04,), 13.2, "coefficients"))
+    assert "26 lower, although C_X q_hat is then identified." in said
+    assert said.endswith("The vane of beta is late too; its position was not looked for beside this one.")

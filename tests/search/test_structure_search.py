@@ -79,8 +79,8 @@ def test_without_all_that_was_added_the_declared_structure_keeps_its_estimate(
     found, current = search
     assert found.declared.converged
     assert found.re_estimated_without(current, found.parts(current, None)) is found.declared
-    # Not where that never converged, nor where its cost has a part that those of the others lack.
-    for declared in (replace(found.declared, converged=False), replace(found.declared, has_priors=True)):
+    # Not where that never converged, nor where it is another method's, or its cost has the part of a-priori estimates.
+    for declared in (replace(found.declared, converged=False), replace(found.declared, is_maximum=False)):
         other = StructureSearch(found.manoeuvres, found.hypotheses, LIGHT.coefficients, declared, USUAL)
         assert other.re_estimated_without(replace(current), other.parts(current, None)) is not declared
 

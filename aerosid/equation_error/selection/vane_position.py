@@ -42,12 +42,15 @@ MOVED_BY = {"alpha": "q_hat", "beta": "r_hat"}
 class IdentifiedVane(NamedTuple):
     """A position that both kinds of equations show together, with its gain in ln L, and what its delay is without it.
 
-    `timing` with its value alone, `std_error` of that.
+    `timing` with its value alone, `std_error` of that; `instead` what is identified beside the delay alone and not with
+    the position; `unplaced` other vanes that are late, of which no position was looked for beside this one.
     """
 
     effect: SelectedEffect
     timing: ActiveEffect
     std_error: float
+    instead: tuple[Label, ...] = ()
+    unplaced: tuple[str, ...] = ()
 
 
 def likelier_places(
@@ -168,9 +171,8 @@ def _place_of(
     channel = timing.hypothesis.where
     if timing.hypothesis.kind not in DELAY_KINDS or channel not in MOVED_BY:
         return None
-    if any(
-        np.any(each.position(channel)) for each in identified.estimate.problem.recordings if channel in each.channels
-    ):
+    # Zero is a position too: of a flow angle that was already referred to the centre of gravity.
+    if any(channel in each.manoeuvre.log.positions for each in identified.estimate.problem.recordings):
         return None
     for hypothesis in hypotheses:
         if hypothesis.kind != "sensor_position" or hypothesis.where != channel or _axes_of(hypothesis) != AHEAD:
