@@ -297,9 +297,9 @@ class StructureSearch:
 
     def refined(self, current: Refinement) -> Refinement:
         """A trial fit continued to convergence, from its stored linearisation."""
-        point = None
-        known = self.last_linearised is not None and self.last_linearised[0] is current
+        point, last = None, self.last_linearised
         # One in the filter form, or with disturbances, is continued from a likelihood of its own kind.
-        if self.last_linearised is not None and known and not current.is_disturbed and current.held_to_data == 0.0:
-            point = replace(self.last_linearised[1].with_terms(()), values=np.array(current.model.values))
+        of_own_kind = not current.is_disturbed and current.held_to_data == 0.0
+        if last is not None and last[0] is current and of_own_kind:
+            point = replace(last[1].with_terms(()), values=np.array(current.model.values))
         return refine_on(current, self.manoeuvres, point=point)

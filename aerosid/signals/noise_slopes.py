@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit, njit_inline
+from aerosid.signals.adjoint import information_before_measurement, information_before_step
 from aerosid.signals.array_elements import copy_row
 from aerosid.signals.input_noise import InputNoise, initial_covariance, initial_error
 from aerosid.signals.sensor_dynamics import SensorStates, read_row
@@ -183,19 +184,12 @@ def _taken_back(
     row: Array, gain: Array, spread: float, innovation: float, costate: Array, information: Array, through: Array
 ) -> float:
     """Carry costate (S,) and information (S, S) back over one measurement; slope of -2 ln L by its noise variance."""
-    size = row.shape[0]
-    along, quadratic = innovation / spread, 1.0 / spread
-    for a in range(size):
-        through[a] = 0.0
-        for b in range(size):
-            through[a] += information[a, b] * gain[b]
+    along = innovation / spread
+    for a in range(row.shape[0]):
         along += gain[a] * costate[a]
-    for a in range(size):
-        quadratic += gain[a] * through[a]
-    for a in range(size):
+    for a in range(row.shape[0]):
         costate[a] -= row[a] * along
-        for b in range(size):
-            information[a, b] += row[a] * row[b] * quadratic - row[a] * through[b] - through[a] * row[b]
+    quadratic = information_before_measurement(row, gain, spread, information, through)
     return quadratic - along * along
 
 
@@ -228,23 +222,6 @@ def _apply(matrix: Array, vector: Array, product: Array) -> None:
 @njit_inline
 def _carry_back(transition: Array, costate: Array, information: Array, moved: Array, half: Array) -> None:
     """Costate and information one sample earlier: Phi' lambda and Phi' Lambda Phi, in place."""
-    size = costate.shape[0]
-    for a in range(size):
-        moved[a] = 0.0
-        for b in range(size):
-            half[a, b] = 0.0
-    for c in range(size):
-        for a in range(size):
-            share = transition[c, a]
-            if share != 0.0:
-                moved[a] += share * costate[c]
-                for b in range(size):
-                    half[a, b] += share * information[c, b]
-    for a in range(size):
-        costate[a] = moved[a]
-        for b in range(size):
-            information[a, b] = 0.0
-        for c in range(size):
-            share = half[a, c]
-            for b in range(size):
-                information[a, b] += share * transition[c, b]
+    _apply(transition.T, costate, moved)
+    copy_row(costate, moved)
+    information_before_step(transition, information, half)

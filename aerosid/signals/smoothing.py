@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compiled import njit
+from aerosid.signals.adjoint import information_before_measurement, information_before_step
 from aerosid.signals.array_elements import copy_rows, multiply_in_place
 from aerosid.signals.input_noise import InputNoise
 from aerosid.signals.sensor_dynamics import SensorStates, read_row
@@ -67,7 +68,7 @@ def smooth_inputs(
     x, moved = np.zeros((size, width)), np.zeros((states, width))
     propagated, row = np.zeros((states, plain)), np.zeros(size)
     transition, half, entry = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, extra))
-    product, through = np.zeros((size, width)), np.zeros((size, size))
+    product, along = np.zeros((size, width)), np.zeros(size)
     for k in range(samples):
         copy_rows(before[k], cov)
         copy_rows(predicted[k], x)
@@ -123,7 +124,7 @@ def smooth_inputs(
             if not held[k, i]:
                 continue
             read_row(trace.outputs_x[k], trace.outputs_u[k], i, sensors, row, states)
-            _take_measurement(row, gains[k, i], spreads[k, i], innovations[k, i], costate, information)
+            _take_measurement(row, gains[k, i], spreads[k, i], innovations[k, i], costate, information, along)
         for j in range(extra):
             place = states + j
             for c in range(width):
@@ -139,9 +140,7 @@ def smooth_inputs(
         if k > 0:
             step_with_sensors(trace, k - 1, noise, sensors, transition, entry)
             multiply_in_place(transition.T, costate, product)
-            multiply_in_place(transition.T, information, through)
-            # From the right as from the left: the information is symmetric.
-            multiply_in_place(transition.T, information.T, through)
+            information_before_step(transition, information, half)
 
 
 @njit
@@ -152,10 +151,11 @@ def _take_measurement(
     innovation: NDArray[np.float64],
     costate: NDArray[np.float64],
     information: NDArray[np.float64],
+    through: NDArray[np.float64],
 ) -> None:
     """Carry costate (S, C) and information (S, S) back over one measurement, in place.
 
-    lambda <- (I - K h)' lambda - h e / s and Lambda <- (I - K h)' Lambda (I - K h) + h h' / s.
+    lambda <- (I - K h)' lambda - h e / s; `through` (S,) is work space.
     """
     size, width = costate.shape
     for c in range(width):
@@ -165,13 +165,4 @@ def _take_measurement(
         along += innovation[c] / spread
         for a in range(size):
             costate[a, c] -= row[a] * along
-    through = np.zeros(size)
-    quadratic = 1.0 / spread
-    for a in range(size):
-        for b in range(size):
-            through[a] += information[a, b] * gain[b]
-    for a in range(size):
-        quadratic += gain[a] * through[a]
-    for a in range(size):
-        for b in range(size):
-            information[a, b] += row[a] * row[b] * quadratic - row[a] * through[b] - through[a] * row[b]
+    information_before_measurement(row, gain, spread, information, through)
