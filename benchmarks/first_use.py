@@ -176,14 +176,16 @@ def first_use() -> None:
             f"{name}: {_compiled(cold)}; verdict after {cold.verdict:.0f} s, all after {cold.wall:.0f} s "
             f"(processor {cold.processor:.0f} s); {len(files)} files, {size:.0f} MB; again: {_compiled(again)}"
         )
-    with tempfile.TemporaryDirectory() as folder:
-        ahead = run((*AEROSID, "warm-up"), f"{folder}/cache")
-        loop = (sys.executable, "-c", COUNTED, "merged", *LOOP, "--out", f"{folder}/out")
-        after = run(loop, f"{folder}/cache")
-    _say(
-        f"warm-up: {ahead.wall:.0f} s (processor {ahead.processor:.0f} s); then close-loop: {_compiled(after)}; "
-        f"verdict after {after.verdict:.1f} s: {ahead.wall + after.verdict:.0f} s from the end of pip to the verdict"
-    )
+    for words, of_whom in ((("warm-up", "--sample"), "as `make install` does"), (("warm-up",), "for every model")):
+        with tempfile.TemporaryDirectory() as folder:
+            ahead = run((*AEROSID, *words), f"{folder}/cache")
+            loop = (sys.executable, "-c", COUNTED, "merged", *LOOP, "--out", f"{folder}/out")
+            after = run(loop, f"{folder}/cache")
+        _say(
+            f"{' '.join(words)} ({of_whom}): {ahead.wall:.0f} s (processor {ahead.processor:.0f} s); then close-loop: "
+            f"{_compiled(after)}; verdict after {after.verdict:.1f} s: {ahead.wall + after.verdict:.0f} s from the end "
+            "of pip to the verdict"
+        )
 
 
 def _say(line: str) -> None:
