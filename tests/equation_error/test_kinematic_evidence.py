@@ -13,7 +13,10 @@ from aerosid.equation_error.selection.candidates import is_instrument_error
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.logs.formats import read_log
+from benchmarks import six_axis_flights
 from benchmarks.field_detection import FIRST, written
+from benchmarks.sideways_detection import GUST, planted
+from benchmarks.sideways_plants import catalogue
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
 SEEDS = 7400
@@ -58,3 +61,17 @@ def test_a_pitot_bias_without_kinematic_evidence_is_identified_by_the_forces(tmp
     (row,) = decide(errors, aircraft.coefficients).findings
     assert row.hypothesis.label == ("sensor_bias", "V", "")
     assert abs(row.value - 1.66) < 3.0 * row.std_error
+
+
+def test_a_lateral_accelerometer_beside_its_place_is_no_term_of_the_side_force() -> None:
+    """On a jet in gusts its path hides it; C_Y was given beta*p_hat -5.4 +- 1.0, which the aircraft has not."""
+    labels = [plant.label for plant in catalogue(1.0, 1.0, 20.0, 10.0)]
+    at, plant, first = planted(labels.index("position a_y to the right"), SEEDS + 37, GUST)
+    generator = np.random.default_rng(first)
+    fitted, unseen = (six_axis_flights.flown(name, at, plant, first + n) for n, name in enumerate("ab"))
+    aircraft = six_axis_flights.aircraft_of(at, plant, "lateral", generator)
+    errors = identified(aircraft, [fitted], [unseen])
+    assert not errors.selected.chosen
+    (row,) = decide(errors, aircraft.coefficients).findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_position", "a_y")
+    assert row.value == pytest.approx(plant.positions["a_y"][1], abs=3.0 * row.std_error)

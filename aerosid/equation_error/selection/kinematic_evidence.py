@@ -4,9 +4,11 @@ In moving air the time delay of a vane, the bias of a pitot tube or the position
 part of the residual of its kinematic equation, and a large part of the residuals of the coefficients. Coefficients
 alone cannot identify an instrument error: unsteady lift has the same signature. Where kinematics support the error too,
 with the same parameters, the likelihoods of both are multiplied (independent measurements; Klein & Morelli, Aircraft
-System Identification, eq. 5.31). Only the bias of airspeed is a candidate without kinematic evidence, and must agree
-with the kinematics: it acts on every coefficient by one parameter, where terms would need one each. The position of the
-lateral accelerometer is estimated from the coefficients alone where no vane measures sideslip: there its path is the
+System Identification, eq. 5.31). Two errors are candidates without kinematic support, and must agree with the
+kinematics. The bias of airspeed acts on every coefficient by one parameter, where terms would need one each. A position
+of the lateral accelerometer along one axis acts on the side force by an angular acceleration, of which no term is a
+function: several terms of the moments' would be needed, and gusts on the vane hide it in the kinematics of a large
+aircraft. Where no vane measures sideslip it is estimated from the coefficients alone: there the path is the
 accelerometer's own.
 """
 
@@ -53,7 +55,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     best: dict[Name, int] = {}
     gains = score_candidates(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= PROMISING * gain_required or affects_all_coefficients(candidates[n].hypothesis):
+        if gains[n] >= PROMISING * gain_required or needs_no_support(candidates[n].hypothesis):
             best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> KinematicEvidence | None:
@@ -66,8 +68,8 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         # Time delays are positive; a position error may lie along any axis, and its gain is that of all axes.
         distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
-        is_significant = (is_significant and gain > gain_required) or affects_all_coefficients(hypothesis)
-        if not (is_significant and within_limits(found, hypothesis)):
+        is_significant = is_significant and gain > gain_required
+        if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis))):
             return None
         # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         return KinematicEvidence(active.values, covariance, gain, 0.0 if hypothesis.kind in DELAY_KINDS else gain)
@@ -92,6 +94,12 @@ def _unobserved_positions(
     return found
 
 
+def needs_no_support(hypothesis: Hypothesis) -> bool:
+    """Whether coefficients alone may show an error that kinematics do not contradict: no few terms stand for it."""
+    is_along_one_axis = hypothesis.parameters == 1 and _is_lateral_position(hypothesis)
+    return affects_all_coefficients(hypothesis) or (is_along_one_axis and hypothesis.where == MEASURED_BY[SIDE_FORCE])
+
+
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
     """Whether an error scales every coefficient by one parameter, as an error of dynamic pressure does and no term."""
     return (hypothesis.kind, hypothesis.where) == ("sensor_bias", "V")
@@ -107,10 +115,14 @@ def _is_eligible(hypothesis: Hypothesis, axes: Axes) -> bool:
 
 
 def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], margin: float) -> dict[Name, KinematicEvidence]:
-    """Of each sensor the position error along the fewest axes that is supported within a `margin` in ln L."""
+    """Of each sensor the position error along the fewest axes that is supported within a `margin` in ln L.
+
+    Where none is supported, that along each axis: the coefficients choose.
+    """
     retained: dict[Name, KinematicEvidence] = {}
     for name, row in sorted(evidence.items(), key=lambda item: (len(item[1].values), -item[1].gain)):
-        if all(k[:3] != name[:3] or row.gain > other.gain + margin for k, other in retained.items()):
+        of_sensor = [other for known, other in retained.items() if known[:3] == name[:3]]
+        if all(row.gain > other.gain + margin or max(row.gain, other.gain) <= margin for other in of_sensor):
             retained[name] = row
     return retained
 
