@@ -17,7 +17,7 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.loop.settings import LoopSettings, Method
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
-from aerosid.search.settings import AttributionSettings
+from aerosid.search.settings import AttributionSettings, ShownError
 
 KINEMATICS_FIRST: tuple[Method, ...] = ("evidence", "equations")
 """Methods that begin with the data compatibility check."""
@@ -88,13 +88,19 @@ class IdentificationProblem:
         """Whether every flight shows its air: vanes measure it, and accelerometers the motion without it."""
         return self.has_path and all(each.sideslip_measured for each in (*self.manoeuvres, *self.others))
 
-    def attribution(self, settings: AttributionSettings, *, closed: bool) -> AttributionSettings:
+    def attribution(
+        self, settings: AttributionSettings, agreement: KinematicConsistency | None, *, closed: bool
+    ) -> AttributionSettings:
         """Settings of the structure search, with more candidates where kinematics do not check instruments or air.
 
-        `closed`: whether vanes and airspeed agree with the path reconstructed from gyros and accelerometers.
+        `agreement`: data compatibility, where it was asked for; `closed`: whether vanes and airspeed agree with the
+        path reconstructed from gyros and accelerometers.
         """
         compared = self.aircraft.axes in compatibility.CASES
-        return replace(settings, instruments_compared=compared, air_judged=compared or closed)
+        shown = () if agreement is None else _shown_by(agreement)
+        return replace(
+            settings, instruments_compared=compared, air_judged=compared or closed, shown_by_kinematics=shown
+        )
 
     def hypotheses(self, catalogue: str) -> tuple[Hypothesis, ...]:
         """Candidate hypotheses: terms, and with the whole catalogue the effects that these flights can show."""
@@ -102,6 +108,12 @@ class IdentificationProblem:
         if catalogue == "terms":
             return terms
         return terms + effect_hypotheses(self.declared, self.manoeuvres, self.aircraft.coefficients)
+
+
+def _shown_by(agreement: KinematicConsistency) -> tuple[ShownError, ...]:
+    """The instrument errors of a data compatibility check, and those that it cannot tell from them."""
+    found = (*agreement.findings, *(each for group in agreement.inseparable for each in group[1:]))
+    return tuple(ShownError(each.kind, each.where, each.value, each.std_error) for each in found)
 
 
 def with_identified_instrument_errors(problem: IdentificationProblem, settings: LoopSettings) -> IdentificationProblem:

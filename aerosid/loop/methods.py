@@ -213,11 +213,12 @@ def _likelihood_search(
     before = _declared_estimate(problem, settings, progress)
     progress("determining the structure from the residual")
     hypotheses, coefficients = problem.hypotheses(settings.catalogue), problem.aircraft.coefficients
-    attribution = problem.attribution(settings.attribution, closed=closed)
+    agreement = problem.agreement(settings)
+    attribution = problem.attribution(settings.attribution, agreement, closed=closed)
     if settings.catalogue == "terms":
         coefficients, attribution = (), replace(settings.attribution, disturbances=False)
     search = StructureSearch(problem.manoeuvres, hypotheses, coefficients, before, attribution, problem.declared)
-    return search, problem.agreement(settings)
+    return search, agreement
 
 
 def _likelihood_result(

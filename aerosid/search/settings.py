@@ -275,6 +275,23 @@ class DeclaredInertiaSettings:
 
 
 @dataclass(frozen=True)
+class ShownError:
+    """An instrument error that kinematics show, without any aerodynamic model.
+
+    `kind`, `where`: as of an effect; `value`, `std_error`: of its leading parameter.
+    """
+
+    kind: str
+    where: str
+    value: float
+    std_error: float
+
+    def is_that_of(self, name: tuple[str, str], value: float, deviations: float) -> bool:
+        """Whether an effect of that name and value is this error, within so many standard errors."""
+        return (self.kind, self.where) == name and abs(value - self.value) <= deviations * self.std_error
+
+
+@dataclass(frozen=True)
 class AttributionSettings:
     """Settings of the structure search, each with the reason for its value.
 
@@ -304,6 +321,8 @@ class AttributionSettings:
     air_judged : bool
         Whether kinematics tested the air before. Where not, a gust is tried first if it alone gains more than the first
         hypothesis that could enter: half of the time of a search.
+    shown_by_kinematics : tuple of ShownError
+        Instrument errors that kinematics of all flights show, with those that they cannot tell from them.
     reported : bool
         Whether a report gives the gain of each found term by a fit without it, and near-significant terms. In a study
         the gain is Wald's statistic, and terms are suggested only to be confirmed by validation flights.
@@ -321,6 +340,7 @@ class AttributionSettings:
     disturbances: bool = True
     instruments_compared: bool = True
     air_judged: bool = True
+    shown_by_kinematics: tuple[ShownError, ...] = ()
     reported: bool = True
     trials: TrialSettings = field(default_factory=TrialSettings)
     gusts: DisturbanceSettings = field(default_factory=DisturbanceSettings)
