@@ -46,9 +46,9 @@ def rise_among(numbers: Mapping[str, float], interval: float) -> float:
     return max(numbers.get("rise", interval), interval)
 
 
-def with_fixed_instant(effect: InputEffect) -> InputEffect:
-    """A step change with its instant fixed, for the test of a hypothesis."""
-    time = effect.parameters[1].null
+def with_fixed_instant(effect: InputEffect, time: float | None = None) -> InputEffect:
+    """A step change with its instant fixed, s, by default where it was made: for the test of a hypothesis."""
+    time = effect.parameters[1].null if time is None else time
     return replace(
         effect,
         parameters=effect.parameters[:1],
