@@ -22,6 +22,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.sample_patterns import spike_times, spikes
 from aerosid.nomenclature import is_surface
 from aerosid.notation import listed, plain
+from aerosid.signals.moving_window import moving_mean
 from aerosid.signals.noise import calmed
 
 STANDARD_SPEED_OF_SOUND = 340.29
@@ -335,11 +336,8 @@ def _without_gaps(log: FlightLog, name: str, notes: list[str]) -> NDArray[np.flo
 
 
 def _slow(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
-
     samples = max(1, round(PREPARATION.slow_air / float(np.median(np.diff(time)))))
-    smooth: NDArray[np.float64] = uniform_filter1d(values, min(samples, values.size), mode="nearest")
-    return smooth
+    return moving_mean(values, min(samples, values.size), "edge")
 
 
 def with_calm_inputs(manoeuvre: Manoeuvre) -> Manoeuvre:

@@ -14,7 +14,7 @@ from aerosid.manoeuvres import FlightSegmentation
 from aerosid.notation import MISSING, finite, listed, number, p_value, plain, with_deviation
 from aerosid.reporting.manoeuvres.wording import KIND_WORDS
 from aerosid.reporting.result_json import portable
-from aerosid.reporting.settings import REMARKS
+from aerosid.reporting.worse_channels import note_on_worse_channels
 
 _DIGITS = 7
 """Display: significant digits in JSON, as in a native log."""
@@ -104,22 +104,6 @@ def print_kinematics(agreement: KinematicConsistency, console: Console) -> None:
         console.print(f"note: {worse}", soft_wrap=True)
     for note in agreement.notes:
         console.print(f"note: {note}", soft_wrap=True)
-
-
-def note_on_worse_channels(agreement: KinematicConsistency) -> str:
-    """Note on channels that fit less well after the correction than as recorded; empty where there is none."""
-    worse = [row for row in agreement.channels if row.after > REMARKS.corrected_worse * row.before]
-    places = [
-        f"{listed([row.channel for row in worse if row.log == log])} of {log}"
-        for log in dict.fromkeys(row.log for row in worse)
-    ]
-    if not places:
-        return ""
-    return (
-        f"{listed(places)} {'fit' if len(worse) > 1 else 'fits'} less well after the correction than as recorded: the "
-        "corrections are the maximum-likelihood estimate over all channels, each weighted by its own coloured noise, "
-        "and improve the other channels at the expense of these."
-    )
 
 
 def _findings(agreement: KinematicConsistency) -> Table:

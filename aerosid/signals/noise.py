@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.signals.moving_window import moving_mean
 from aerosid.signals.settings import NOISE
 
 FloatArray = NDArray[np.float64]
@@ -91,8 +92,6 @@ def calmed(values: FloatArray, noise: float) -> FloatArray:
     Each sample becomes the mean over the widest window about it whose confidence interval still meets those of all
     narrower ones. Goldenshluger & Nemirovski, Mathematical Methods of Statistics 6, 1997.
     """
-    from scipy.ndimage import uniform_filter1d  # late: files are read and refused without it
-
     result = values.copy()
     low, high = values - NOISE.clear * noise, values + NOISE.clear * noise
     open_ = np.ones(values.size, dtype=np.bool_)
@@ -100,7 +99,7 @@ def calmed(values: FloatArray, noise: float) -> FloatArray:
         width = 2 * half + 1
         if width > values.size:
             break
-        mean = uniform_filter1d(values, width, mode="nearest")
+        mean = moving_mean(values, width, "edge")
         reach = NOISE.clear * noise / math.sqrt(width)
         low, high = np.maximum(low, mean - reach), np.minimum(high, mean + reach)
         open_ &= low <= high

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.signals.moving_window import moving_range
 from aerosid.signals.settings import REPROCESSING, ReprocessingSettings
 
 __all__ = ["doubt_of_noise"]
@@ -46,7 +47,4 @@ def doubt_of_noise(values: NDArray[np.float64], estimated: float, settings: Repr
 
 def _moving(values: NDArray[np.float64], excursion: float, settings: ReprocessingSettings) -> NDArray[np.bool_]:
     """Where a channel travels far enough within a window, (N,)."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # late: files are read and refused without it
-
-    travel = maximum_filter1d(values, settings.window) - minimum_filter1d(values, settings.window)
-    return np.asarray(travel > settings.travel * excursion)
+    return moving_range(values, settings.window) > settings.travel * excursion

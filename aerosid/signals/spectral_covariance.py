@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
+from aerosid.signals.moving_window import moving_mean
 from aerosid.signals.settings import COLOUR
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +37,7 @@ def score_covariance(columns: FloatArray, residuals: FloatArray) -> tuple[FloatA
     waves = scipy.fft.rfft(columns, length, axis=0)
     noise = scipy.fft.rfft(residuals, length, axis=0)
     cross = noise[:, :, None] * noise[:, None, :].conj()
-    real, imaginary = (uniform_filter1d(part, COLOUR.neighbours, axis=0) for part in (cross.real, cross.imag))
+    real, imaginary = (moving_mean(part, COLOUR.neighbours) for part in (cross.real, cross.imag))
     cross = real + 1j * imaginary
     # A channel that is seldom sampled has its noise where it is: products are means over what is there.
     there = np.sqrt(np.maximum(np.count_nonzero(residuals, axis=0), 1))

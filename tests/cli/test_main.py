@@ -252,6 +252,17 @@ def test_reading_si_imports_neither_units_nor_matlab(log: Path) -> None:
     assert run.returncode == 0, run.stderr
 
 
+def test_the_loop_and_its_report_import_nothing_that_they_do_without() -> None:
+    code = (
+        "import sys, aerosid.loop.closed_loop, aerosid.reporting.writing; "
+        "spared = {'pandas', 'matplotlib', 'scipy.ndimage', 'scipy.signal', 'scipy.stats', 'scipy.interpolate', "
+        "'aerosid.manoeuvres.record', 'aerosid.reporting.manoeuvres', 'aerosid.reporting.quality_tables'}; "
+        "sys.exit(' '.join(sorted(spared & set(sys.modules))) or 0)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+
+
 def test_module_and_reader_that_goes_away() -> None:
     command = f'"{sys.executable}" -m aerosid formats | head -1'
     run = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)

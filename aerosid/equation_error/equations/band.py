@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from aerosid.signals.decimation import decimated, windowed_sinc
+from aerosid.signals.moving_window import moving_mean
 from aerosid.signals.recursive_filter import turned_at_ends
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def _end(rate: Array, interval: float, ratio: float, depth: float) -> float:
     """Frequency, Hz, from which on the smoothed periodogram stays near its floor."""
     line = np.linspace(rate[0], rate[-1], rate.size)
     power = np.abs(np.fft.rfft((rate - line) * np.hanning(rate.size))) ** 2
-    smooth = uniform_filter1d(power, max(3, power.size // 40), mode="nearest")
+    smooth = moving_mean(power, max(3, power.size // 40), "edge")
     frequency = np.fft.rfftfreq(rate.size, interval)
     floor = float(np.median(smooth[-max(3, int(FLOOR_SHARE * smooth.size)) :]))
     above = np.flatnonzero(smooth > max(ratio * floor, depth * float(smooth.max())))

@@ -6,7 +6,7 @@ from typing import Any
 
 from aerosid.loop.result import ClosedLoop
 from aerosid.reporting.figures.numbered import FigureBook
-from aerosid.reporting.quality_tables import note_on_worse_channels
+from aerosid.reporting.worse_channels import note_on_worse_channels
 
 
 def context(result: ClosedLoop, _figures: FigureBook) -> dict[str, Any] | None:
