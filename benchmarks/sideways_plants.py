@@ -250,6 +250,17 @@ def _of_the_body(size: float, sign: float, end: float, span: float) -> tuple[Sid
     )  # fmt: skip
 
 
+def _of_the_unit(size: float, sign: float, span: float) -> tuple[SidePlant, ...]:
+    """All accelerometers in one unit that is not where it is declared."""
+    place = (0.08 * span * size * sign, 0.0, 0.03 * span * size)
+    return (
+        SidePlant(
+            "position of the unit", (("sensor_position", "accelerometers", ""),), (("sensor_position", "", ""),),
+            cases=("six",), positions=dict.fromkeys(("a_x", "a_y", "a_z"), place),
+        ),
+    )  # fmt: skip
+
+
 def catalogue(size: float, sign: float, end: float, span: float) -> tuple[SidePlant, ...]:
     """Every kind at a size.
 
@@ -269,4 +280,5 @@ def catalogue(size: float, sign: float, end: float, span: float) -> tuple[SidePl
         *_of_sensors(size, sign, span),
         *_of_controls(size),
         *_of_the_body(size, sign, end, span),
+        *_of_the_unit(size, sign, span),
     )

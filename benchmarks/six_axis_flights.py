@@ -348,18 +348,18 @@ class _Flight:
 
     def shown(self, x: list[float], t: float, given: Mapping[str, float]) -> dict[str, float]:
         """What the sensors show at their places."""
-        _, (a_x, a_y, a_z, p_dot, _, r_dot, speed, alpha, beta) = self.rates(x, t, given)
+        _, (a_x, a_y, a_z, p_dot, q_dot, r_dot, speed, alpha, beta) = self.rates(x, t, given)
         _, _, _, p, q, r, phi, theta, psi, h = x
         right = self.plant.centre[0] if t >= self.plant.centre[1] else 0.0
         seen = {"V": speed, "alpha": alpha, "p": p, "q": q, "r": r, "phi": phi, "theta": theta, "psi": psi, "h": h}
         x_v, _, z_v = self.plant.positions.get("beta", (0.0, 0.0, 0.0))
         seen["beta"] = beta + (x_v * r - z_v * p) / speed
-        x_a, y_a, z_a = self.plant.positions.get("a_y", (0.0, 0.0, 0.0))
-        y_a -= right
-        seen["a_y"] = a_y + x_a * (r_dot + p * q) - y_a * (p * p + r * r) + z_a * (q * r - p_dot)
         # Accelerometers that stand at the declared centre of gravity stand beside one that moved.
-        seen["a_x"] = a_x - right * (p * q - r_dot)
-        seen["a_z"] = a_z - right * (q * r + p_dot)
+        places = {name: self.plant.positions.get(name, (0.0, 0.0, 0.0)) for name in ("a_x", "a_y", "a_z")}
+        along, aside, down = ((x_a, y_a - right, z_a) for x_a, y_a, z_a in places.values())
+        seen["a_x"] = a_x - along[0] * (q * q + r * r) + along[1] * (p * q - r_dot) + along[2] * (p * r + q_dot)
+        seen["a_y"] = a_y + aside[0] * (r_dot + p * q) - aside[1] * (p * p + r * r) + aside[2] * (q * r - p_dot)
+        seen["a_z"] = a_z + down[0] * (p * r - q_dot) + down[1] * (q * r + p_dot) - down[2] * (p * p + q * q)
         return seen
 
 

@@ -112,6 +112,8 @@ class Kind:
         Whether it is an instrument's bias, which differs between flights.
     rarity : float
         Additional gain in -2 ln L required compared with a commoner effect of the same response.
+    rare_places : tuple of str
+        Places of which alone that is required.
     """
 
     name: str
@@ -126,6 +128,7 @@ class Kind:
     below: str = ""
     is_bias: bool = False
     rarity: float = 0.0
+    rare_places: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -140,6 +143,10 @@ class Kind:
     def describe(self, where: str, value: float) -> str:
         """The sentence for a place and a value."""
         return ((value < 0.0 and self.below) or self.sentence).format(where=where)
+
+    def rarity_at(self, where: str) -> float:
+        """The additional gain in -2 ln L that is required at a place."""
+        return self.rarity if not self.rare_places or where in self.rare_places else 0.0
 
     @property
     def leading(self) -> str:

@@ -8,10 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.flight_model.axes import ACCELEROMETERS
 from aerosid.flight_model.motion_laws import Law
 from aerosid.signals.sensor_dynamics import SensorDynamics
 
 Signal = NDArray[np.float64]
+
+UNIT = "accelerometers"
+"""Format: where the accelerometers of a_x, a_y and a_z are in one unit, the place of its position error."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,7 @@ class StateEffect:
 class PositionEffect:
     """A sensor position error: each parameter, m, along one of the body `axes`, letters of x, y, z.
 
-    It changes the sensor's reading and not the motion.
+    It changes the sensor's reading and not the motion. `where` is a channel, or `UNIT` of the accelerometers together.
     """
 
     kind: str
@@ -163,6 +167,10 @@ class PositionEffect:
     parameters: tuple[EffectParameter, ...]
     axes: str
     source: str
+
+    def moves(self, channel: str) -> bool:
+        """Whether the sensor of a channel is displaced."""
+        return channel == self.where or (self.where == UNIT and channel in ACCELEROMETERS)
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
-from aerosid.effects.kinds import EffectParameter, PositionEffect
+from aerosid.effects.kinds import UNIT, EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
-from aerosid.flight_model.axes import ACCELERATIONS, LATERAL
+from aerosid.flight_model.axes import ACCELEROMETERS, LATERAL, SIX
 
 SHOWN_BY_PITCHING = (("alpha", "x"), ("a_z", "x"), ("a_x", "z"), ("V", "z"))
 """Sensors and the body axes of their positions that a pitching motion shows."""
@@ -24,19 +24,25 @@ SHOWN_BY_ROLLING = (("alpha", ("y", "x")), ("a_z", ("y", "x", "xy")), ("a_x", ("
 """The same of the sensors of pitching motion, where all motion is integrated: a wing's vane reads alpha + p y/V."""
 
 
+OF_UNIT = ("xz", "z", "y")
+"""Body axes of the position of all accelerometers in one unit, where all motion is integrated. Pitching alone does not
+tell the unit from a late vane beside a pitot tube: of the Twin Otter it was named in place of both, and C_X of the
+flight that was not fitted had R^2 .90 in place of .94."""
+
+
 def farthest_place(channel: str, mean_chord: float, length: float | None = None) -> float:
     """Largest distance of a channel's sensor from the centre of gravity, m.
 
     Parameters
     ----------
     channel : str
-        A vane may be on a boom, an accelerometer is inside.
+        A vane may be on a boom; an accelerometer, or a unit of them, is inside.
     mean_chord : float
         m.
     length : float, optional
         Of the aircraft, m; by default a multiple of its chord.
     """
-    fraction = OFFERED.reach_inside if channel in ACCELERATIONS else OFFERED.reach
+    fraction = OFFERED.reach_inside if channel in (*ACCELEROMETERS, UNIT) else OFFERED.reach
     return fraction * (length or OFFERED.length_in_chords * mean_chord)
 
 
@@ -82,6 +88,10 @@ def _offered(
     for channel, place in places:
         if any(channel in flight.measured for flight in flights):
             yield Offer("sensor_position", channel, (at_null(place),))
+    turns = {"p", "q", "r"} <= integrated
+    if turns and any(sum(channel in flight.measured for channel in ACCELEROMETERS) > 1 for flight in flights):
+        for axes in OF_UNIT:
+            yield Offer("sensor_position", UNIT, (at_null(sensor_place(UNIT, axes)),))
 
 
 FAMILY = Family(
@@ -89,10 +99,16 @@ FAMILY = Family(
         Kind(
             "sensor_position",
             "channel",
-            "the sensor of {where} has a position error",
+            "the position of {where} is in error",
             _made,
-            (Planted("alpha", {"position": 6.0}), Planted("beta", {"x": 5.0, "z": -0.4}, axes=LATERAL)),
+            (
+                Planted("alpha", {"position": 6.0}),
+                Planted("beta", {"x": 5.0, "z": -0.4}, axes=LATERAL),
+                Planted(UNIT, {"x": 1.5, "z": 0.4}, axes=SIX),
+            ),
             optional=("position", "x", "y", "z"),
+            rarity=6.0,
+            rare_places=(UNIT,),
         ),
     ),
     _offered,

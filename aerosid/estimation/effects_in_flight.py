@@ -57,9 +57,9 @@ def acting_flight(
     for active in effects:
         if isinstance(active.effect, PositionEffect):
             positions = positions.copy()
-            row = manoeuvre.axes.outputs.index(active.effect.where)
+            rows = [row for row, channel in enumerate(manoeuvre.axes.outputs) if active.effect.moves(channel)]
             for axis, further in zip(active.effect.axes, active.numbers, strict=True):
-                positions[row, "xyz".index(axis)] += further
+                positions[rows, "xyz".index(axis)] += further
     return flight._replace(inputs=np.ascontiguousarray(inputs), input_variance=variance, positions=positions), memory
 
 

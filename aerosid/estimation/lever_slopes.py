@@ -22,8 +22,8 @@ LEVERS = ("a_x", "a_y", "a_z", "beta")
 
 
 def has_closed_form(active: ActiveEffect) -> bool:
-    """Whether an effect is the position of one of these sensors."""
-    return isinstance(active.effect, PositionEffect) and active.effect.where in LEVERS
+    """Whether an effect is the position of one of these sensors, or of the accelerometers together."""
+    return isinstance(active.effect, PositionEffect) and any(map(active.effect.moves, LEVERS))
 
 
 def write_lever_slopes(
@@ -50,10 +50,12 @@ def write_lever_slopes(
     place = first
     for active in effects:
         if isinstance(active.effect, PositionEffect) and has_closed_form(active) and active.acts_on(manoeuvre.name):
-            slopes = _position_sensitivities(manoeuvre.axes, outputs, inputs, active.effect.where)
-            row = manoeuvre.axes.outputs.index(active.effect.where)
-            for number, axis in enumerate(active.effect.axes[: active.slopes]):
-                block[:, row, place + number] = slopes["xyz".index(axis)]
+            for row, channel in enumerate(manoeuvre.axes.outputs):
+                if not active.effect.moves(channel):
+                    continue
+                slopes = _position_sensitivities(manoeuvre.axes, outputs, inputs, channel)
+                for number, axis in enumerate(active.effect.axes[: active.slopes]):
+                    block[:, row, place + number] = slopes["xyz".index(axis)]
         place += active.slopes
 
 

@@ -154,7 +154,10 @@ def equation_of(axes: Axes, coefficient: str) -> int:
     return axes.integrated.index(EQUATION[coefficient])
 
 
-ACCELERATIONS = ("a_x", "a_y", "a_z", "p_dot", "q_dot", "r_dot")
+ACCELEROMETERS = ("a_x", "a_y", "a_z")
+"""The outputs of an accelerometer unit."""
+
+ACCELERATIONS = (*ACCELEROMETERS, "p_dot", "q_dot", "r_dot")
 """Those of `OUTPUTS` that forces and moments are in at once; the others follow from the state alone."""
 
 

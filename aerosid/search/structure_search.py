@@ -135,7 +135,8 @@ class StructureSearch:
     def rarity_penalty(self, trial: Refinement | Start) -> float:
         """Additional gain that an estimate needs compared with a commoner one of the same fit."""
         rare = sum(map(rarity, self.added_terms(trial)))
-        return rare + sum(KINDS[a.effect.kind].rarity for a in trial.effects if a.values and a.effect.kind in KINDS)
+        effects = [active.effect for active in trial.effects if active.values and active.effect.kind in KINDS]
+        return rare + sum(KINDS[effect.kind].rarity_at(effect.where) for effect in effects)
 
     def added_terms(self, trial: Refinement | Start) -> list[Term]:
         """The terms that are not declared."""

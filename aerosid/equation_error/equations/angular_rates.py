@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
-from aerosid.equation_error.equations.inertial_coupling import ACCELEROMETERS, levers
+from aerosid.equation_error.equations.inertial_coupling import levers
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import position
+from aerosid.flight_model.axes import ACCELEROMETERS
 
 Array = NDArray[np.float64]
 

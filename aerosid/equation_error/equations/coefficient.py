@@ -25,7 +25,7 @@ from aerosid.effects import ActiveEffect, StateEffect
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.accelerations import accelerations, stacked, subtract_from_measured
 from aerosid.equation_error.equations.channels import MEASURED_BY
-from aerosid.equation_error.equations.inertial_coupling import ACCELEROMETERS, Aircraft
+from aerosid.equation_error.equations.inertial_coupling import Aircraft
 from aerosid.equation_error.equations.kinematic import Motion
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.sensors import as_read, bias, errors_of, position
@@ -33,7 +33,7 @@ from aerosid.equation_error.equations.term_series import Body, Terms
 from aerosid.estimation.effects_in_flight import acting_model
 from aerosid.estimation.motion_loop import slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
-from aerosid.flight_model.axes import ACCELERATIONS, COEFFICIENTS, SIX, Axes, input_columns_of, loads_of
+from aerosid.flight_model.axes import ACCELERATIONS, ACCELEROMETERS, COEFFICIENTS, SIX, Axes, input_columns_of, loads_of
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.flight import Flight
 
@@ -147,11 +147,11 @@ class CoefficientEquations:
         """The aircraft with its accelerometer positions, as compiled code takes it."""
         recording, effects = self._recording, self._effects
         positions, further = np.zeros((3, 3)), np.zeros((3, 3))
-        moved = {active.effect.where for active in effects if isinstance(active.effect, PositionEffect)}
+        displaced = [active.effect for active in effects if isinstance(active.effect, PositionEffect)]
         for row, channel in enumerate(ACCELEROMETERS):
             if channel in recording.channels:
                 positions[row] = recording.position(channel)
-                if channel in moved:
+                if any(effect.moves(channel) for effect in displaced):
                     further[row] = position(recording, effects, channel) - positions[row]
         axes = recording.manoeuvre.axes
         return Aircraft(_body(acting, axes), _body(declared, axes), _modelled(axes), positions, further)

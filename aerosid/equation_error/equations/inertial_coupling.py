@@ -13,10 +13,6 @@ from aerosid.equation_error.equations.term_series import MASS, PITCH, ROLL, YAW,
 Array = NDArray[np.float64]
 
 
-ACCELEROMETERS = ("a_x", "a_y", "a_z")
-"""Channels whose sensors measure lever-arm accelerations."""
-
-
 class Aircraft(NamedTuple):
     """The aircraft as it acts, as it is declared, and the positions of its accelerometers.
 

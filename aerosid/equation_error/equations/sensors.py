@@ -71,7 +71,7 @@ def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str
     """Position of a channel's sensor, m from the declared centre of gravity, (3,)."""
     location = recording.position(channel).copy()
     for active in effects:
-        if isinstance(active.effect, PositionEffect) and active.effect.where == channel:
+        if isinstance(active.effect, PositionEffect) and active.effect.moves(channel):
             for axis, further in zip(active.effect.axes, active.numbers, strict=True):
                 location[_AXES.index(axis)] += further
     return location

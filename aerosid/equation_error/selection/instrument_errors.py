@@ -275,7 +275,9 @@ def is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: floa
     """
     names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
     effects, chord = found.estimate.point.effects, found.estimate.point.model.constants.mean_chord
-    for channel in {active.effect.where for active in effects if active.name in names}:
+    moved = [a.effect for a in effects if isinstance(a.effect, PositionEffect) and a.name in names]
+    channels = {name for each in found.estimate.problem.recordings for name in each.channels}
+    for channel in sorted(name for name in channels if any(effect.moves(name) for effect in moved)):
         farthest = farthest_place(channel, chord, length)
         for recording in found.estimate.problem.recordings:
             if channel in recording.channels:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import whiten
@@ -35,6 +35,7 @@ from aerosid.equation_error.selection.structure import (
     structure_without,
 )
 from aerosid.equation_error.selection.wald_tests import least_significant
+from aerosid.flight_model.axes import ACCELEROMETERS
 
 Array = NDArray[np.float64]
 
@@ -90,7 +91,7 @@ def joint_delays(identified: Estimate, initial: JointDelays, found: Estimate) ->
         Of the coefficient equations, its first effects the identified errors, fixed at `initial`.
     """
     parameters = free_parameters(identified.point.effects)
-    delayed = [n for n, (i, _) in enumerate(parameters) if identified.point.effects[i].effect.kind in DELAY_KINDS]
+    delayed = [n for n, (i, _) in enumerate(parameters) if is_estimated_jointly(identified.point.effects[i])]
     if not delayed:
         return initial
     kinematic = kinematic_delays(identified).covariance
@@ -126,6 +127,17 @@ def joint_delays(identified: Estimate, initial: JointDelays, found: Estimate) ->
             break
     joint = kinematic - follow @ (known - covariance) @ follow.T
     return JointDelays(effects, joint, 0.5 * float(deviation @ prior @ deviation))
+
+
+def is_estimated_jointly(active: ActiveEffect) -> bool:
+    """Whether an instrument error is estimated from both kinds of equations: a time delay, an accelerometer's position.
+
+    Kinematics show the distance of an accelerometer from a vane in the integral of what it reads, and forces in that
+    itself: of a unit 0.3 m below its declared place the latter are twenty times as accurate.
+    """
+    effect = active.effect
+    placed = isinstance(effect, PositionEffect) and any(map(effect.moves, ACCELEROMETERS))
+    return effect.kind in DELAY_KINDS or placed
 
 
 class JointGain(NamedTuple):

@@ -36,7 +36,7 @@ from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Name
 from aerosid.equation_error.selection.redundancy import non_redundant
 from aerosid.equation_error.selection.structure import SelectedStructure
-from aerosid.flight_model.axes import LONGITUDINAL, Axes
+from aerosid.flight_model.axes import ACCELEROMETERS, LONGITUDINAL, Axes
 
 SIDE_FORCE = "C_Y"
 """The coefficient affected by the position of its accelerometer and of the sideslip vane."""
@@ -55,7 +55,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     best: dict[Name, int] = {}
     gains = score_candidates(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= PROMISING * gain_required or needs_no_support(candidates[n].hypothesis):
+        if gains[n] >= PROMISING * gain_required or needs_no_support(candidates[n].hypothesis, axes):
             best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> KinematicEvidence | None:
@@ -69,7 +69,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
         is_significant = is_significant and gain > gain_required
-        if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis))):
+        if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis, axes))):
             return None
         # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         return KinematicEvidence(active.values, covariance, gain, 0.0 if hypothesis.kind in DELAY_KINDS else gain)
@@ -94,10 +94,14 @@ def _unobserved_positions(
     return found
 
 
-def needs_no_support(hypothesis: Hypothesis) -> bool:
-    """Whether coefficients alone may show an error that kinematics do not contradict: no few terms stand for it."""
-    is_along_one_axis = hypothesis.parameters == 1 and _is_lateral_position(hypothesis)
-    return affects_all_coefficients(hypothesis) or (is_along_one_axis and hypothesis.where == MEASURED_BY[SIDE_FORCE])
+def needs_no_support(hypothesis: Hypothesis, axes: Axes) -> bool:
+    """Whether coefficients alone may show an error that kinematics do not contradict: no few terms stand for it.
+
+    In pitch alone a position of an accelerometer is told from a late vane by little else than kinematics.
+    """
+    is_along_one_axis = hypothesis.parameters == 1 and _is_position_of_accelerometer(hypothesis)
+    is_along_one_axis = is_along_one_axis and axes != LONGITUDINAL
+    return affects_all_coefficients(hypothesis) or is_along_one_axis
 
 
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
@@ -108,10 +112,11 @@ def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
 def _is_eligible(hypothesis: Hypothesis, axes: Axes) -> bool:
     """Whether an error is a candidate of the coefficient equations.
 
-    Where sideslip is compared, only time delays and the positions of its sensors: wind affects the rest.
+    Where sideslip is compared, only time delays and the positions of accelerometers and of its vane: wind affects the
+    rest.
     """
-    aside = SIDE_FORCE in axes.coefficients and _is_lateral_position(hypothesis)
-    return axes == LONGITUDINAL or hypothesis.kind in DELAY_KINDS or aside
+    placed = _is_position_of_accelerometer(hypothesis) or _is_lateral_position(hypothesis)
+    return axes == LONGITUDINAL or hypothesis.kind in DELAY_KINDS or placed
 
 
 def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], margin: float) -> dict[Name, KinematicEvidence]:
@@ -131,3 +136,9 @@ def _is_lateral_position(hypothesis: Hypothesis) -> bool:
     """Whether a hypothesis is a position error of the lateral accelerometer or of the sideslip vane."""
     where = (MEASURED_BY[SIDE_FORCE], VANE_OF[SIDE_FORCE])
     return hypothesis.where in where and isinstance(hypothesis.effects[0].effect, PositionEffect)
+
+
+def _is_position_of_accelerometer(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis is a position error of an accelerometer, or of all in one unit."""
+    (active, *_) = hypothesis.effects
+    return isinstance(active.effect, PositionEffect) and any(map(active.effect.moves, ACCELEROMETERS))

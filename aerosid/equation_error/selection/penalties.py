@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import UNIT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.selection.candidates import distinct_name, size_penalty
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -23,9 +24,9 @@ Label = tuple[str, str, str]
 Name = tuple[str, ...]
 """Name that distinguishes a hypothesis: its label, of a position error with its axes."""
 
-RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""))
-"""Effects that a step of one coefficient, or the moment of a surface, explains more simply; their prior odds are those
-of a product of two factors."""
+RARE = (("thrust_change", "thrust", ""), ("cg_shift", "x", ""), ("sensor_position", UNIT, ""))
+"""Effects that a step of one coefficient, the moment of a surface, or one channel's sensor explains more simply; their
+prior odds are those of a product of two factors."""
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,10 @@ from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import effect_candidates, with_hypothesis
 from aerosid.equation_error.selection.joint_time_delays import (
-    DELAY_KINDS,
     JointDelays,
     free_values,
     information_on,
+    is_estimated_jointly,
     joint_delays,
     kinematic_delays,
     with_errors_held,
@@ -193,7 +193,7 @@ def _line_through(at: PlacedVane) -> _Line:
     """The joint likelihood to second order: kinematics by one column, the coefficients by their information."""
     kinematic, hypothesis = at.identified.estimate, at.hypothesis
     parameters = free_parameters(kinematic.point.effects)
-    delayed = [n for n, (i, _) in enumerate(parameters) if kinematic.point.effects[i].effect.kind in DELAY_KINDS]
+    delayed = [n for n, (i, _) in enumerate(parameters) if is_estimated_jointly(kinematic.point.effects[i])]
     own = kinematic_delays(kinematic)
     known = own.covariance[np.ix_(delayed, delayed)]
     prior = np.linalg.pinv(known, hermitian=True)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import UNIT
 from aerosid.equation_error.selection.penalties import Label
 from aerosid.equation_error.selection.structure import SelectedEffect
+from aerosid.flight_model.axes import ACCELEROMETERS
 
 CONTROL_DELAY_KINDS = frozenset({"control_delay", "control_lag"})
 """Kinds of time delay of a control."""
@@ -23,9 +25,13 @@ COLLINEAR_POSITIONS = (
     frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
     frozenset({("sensor_position", "V"), ("sensor_position", "a_x")}),
     frozenset({("sensor_position", "beta"), ("sensor_position", "a_y")}),
+    *(
+        frozenset({("sensor_position", channel), ("sensor_position", UNIT)})
+        for channel in ("alpha", "beta", "V", *ACCELEROMETERS)
+    ),
 )
 """Kinematics determine the distance of each vane, and the pitot tube, from its accelerometer, and not the position of
-either."""
+either; a unit of accelerometers has the position of each of them."""
 
 
 def share_a_distance(one: Hypothesis, other: Hypothesis) -> bool:

@@ -29,7 +29,8 @@ def net_gain(score: Score, settings: ModelErrorSearchSettings) -> float:
     """Gain of a candidate's correlation with d(t), less the penalties of its parameters and its rarity."""
     hypothesis = score.hypothesis
     rare = sum(rarity(term) for _, term in hypothesis.entries)
-    rare += max((KINDS[a.effect.kind].rarity for a in hypothesis.effects if a.effect.kind in KINDS), default=0.0)
+    effects = [active.effect for active in hypothesis.effects if active.effect.kind in KINDS]
+    rare += max((KINDS[effect.kind].rarity_at(effect.where) for effect in effects), default=0.0)
     return score.gain - settings.price * (hypothesis.parameters - 1) - rare
 
 
