@@ -18,7 +18,7 @@ from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import Flight, within_limit
 from aerosid.flight_model.layout import leading_columns, output_count, state_count
-from aerosid.flight_model.sampling_interval import Step, advance, make_step
+from aerosid.flight_model.sampling_interval import Step, advance, hold_columns, inputs_at_end, make_step
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
 
@@ -91,7 +91,7 @@ def predict_stretch(
     size, width = states + extra, carry.columns.shape[1]
     room = SampleWorkspace(
         np.zeros(size), np.zeros(size), np.zeros(states), np.zeros(width), np.zeros((states, width)),
-        np.zeros(flight.inputs.shape[1]), np.zeros((states, size)),
+        np.zeros(flight.inputs.shape[1]), np.zeros(flight.inputs.shape[1]), np.zeros((states, size)),
     )  # fmt: skip
     return _predict(
         start, stop, carry, flight, parameters, free, table, constants, variance, predicted, white,
@@ -108,6 +108,7 @@ class SampleWorkspace(NamedTuple):
     sensitivity: NDArray[np.float64]
     next_columns: NDArray[np.float64]
     corrected_input: NDArray[np.float64]
+    last_input: NDArray[np.float64]
     propagated: NDArray[np.float64]
 
 
@@ -141,7 +142,7 @@ def _predict(
     for j in range(extra):
         if flight.input_variance[j] > 0.0:
             filtering = True
-    gain, row, moved, sensitivity, next_columns, corrected_input, propagated = room
+    gain, row, moved, sensitivity, next_columns, corrected_input, last_input, propagated = room
     log_sum = 0.0
     samples = flight.time.shape[0]
     for k in range(start, stop):
@@ -212,10 +213,11 @@ def _predict(
             corrected_input[j] = flight.inputs[k, j]
         for j in range(extra):
             corrected_input[leading + j] += error[j]
+        inputs_at_end(corrected_input, flight.inputs[k + 1], flight.held, flight.ramp, last_input)
         advance(
             x,
             corrected_input,
-            flight.inputs[k + 1],
+            last_input,
             flight.time[k + 1] - flight.time[k],
             flight.substeps,
             parameters,
@@ -226,6 +228,7 @@ def _predict(
             step,
             True,
         )
+        hold_columns(step.start, step.end, flight.held, flight.ramp, leading)
         for a in range(states):
             x[a] = step.state[a]
             for c in range(width):

@@ -11,7 +11,7 @@ from aerosid.compiled import njit, njit_inline
 from aerosid.flight_model.constants import Constants
 from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.layout import Layout, leading_columns, load_places, output_count, output_places, state_count
-from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
+from aerosid.flight_model.sampling_interval import Stages, inputs_at_end, integrate, make_stages
 from aerosid.flight_model.settings import SIMULATION
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
@@ -20,12 +20,17 @@ from aerosid.signals.array_elements import copy_row
 ALPHA_LIMIT = SIMULATION.flow_angle
 
 
+NONE_HELD = np.zeros(0, dtype=np.int64)
+"""Numerical: every input is linear between samples."""
+
+
 class Flight(NamedTuple):
     """One manoeuvre as plain arrays.
 
     `time` (N) s; `inputs` (N, I), the leading columns of the case and the E extra inputs, none missing; `measured`
     (N, m) outputs, NaN where missing or unused; `positions` (m, 3) of the sensors [m]; `substeps` of the integrator
-    in each interval; `input_variance` (E) of the noise of each sample of the extra inputs, SI squared.
+    in each interval; `input_variance` (E) of the noise of each sample of the extra inputs, SI squared; `held` the input
+    columns that stay at each sample and move to the next in the last `ramp` of the interval, 1; the others are linear.
     """
 
     time: NDArray[np.float64]
@@ -34,6 +39,8 @@ class Flight(NamedTuple):
     positions: NDArray[np.float64]
     substeps: int
     input_variance: NDArray[np.float64]
+    held: NDArray[np.int64] = NONE_HELD
+    ramp: float = 0.0
 
 
 @njit_inline
@@ -86,8 +93,9 @@ def _simulate(
         for a in range(state_count(constants.layout)):
             states[k, a] = x[a]
         if k + 1 < samples:
+            inputs_at_end(flight.inputs[k], flight.inputs[k + 1], flight.held, flight.ramp, stages.last)
             integrate(
-                x, flight.inputs[k], flight.inputs[k + 1], flight.time[k + 1] - flight.time[k],
+                x, flight.inputs[k], stages.last, flight.time[k + 1] - flight.time[k],
                 0, flight.substeps, flight.substeps, parameters, table, constants, flight.positions, work, stages,
             )  # fmt: skip
 

@@ -17,7 +17,7 @@ from aerosid.flight_model.equations_of_motion import evaluate
 from aerosid.flight_model.flight import Flight, within_limit
 from aerosid.flight_model.layout import leading_columns, load_places, state_count
 from aerosid.flight_model.motion_laws import REMEMBERED, Feedback, offsets_at
-from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
+from aerosid.flight_model.sampling_interval import Stages, inputs_at_end, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
 
@@ -114,8 +114,9 @@ def _march(
                     inputs[k, leading + feedback.columns[s]] += room.tried[s]
                 for a in range(count):
                     x[a], work.rates[a] = room.start[a], room.rates[a]
+                inputs_at_end(inputs[k - 1], inputs[k], flight.held, flight.ramp, stages.last)
                 integrate(
-                    x, inputs[k - 1], inputs[k], interval, 0, flight.substeps, flight.substeps,
+                    x, inputs[k - 1], stages.last, interval, 0, flight.substeps, flight.substeps,
                     parameters, table, constants, flight.positions, work, stages,
                 )  # fmt: skip
             if proportional:

@@ -20,7 +20,14 @@ from aerosid.flight_model.layout import (
     state_count,
     state_places,
 )
-from aerosid.flight_model.sampling_interval import Stages, inputs_at, integrate, make_stages
+from aerosid.flight_model.sampling_interval import (
+    Stages,
+    hold_columns,
+    inputs_at,
+    inputs_at_end,
+    integrate,
+    make_stages,
+)
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.variation import Span, cross, force_inputs, force_terms, make_span, note
 from aerosid.flight_model.workspace import Workspace, make_workspace
@@ -149,22 +156,27 @@ def _trace(
     extra, own, count = work.rates_u.shape[1], free.shape[0] + states, directions.places.shape[0]
     start, end = kept + states, kept + states + extra
     nodes = 2 * ((substeps + 1) // 2)
-    length, fraction, share = 0.0, 0.0, 0.0
+    length, fraction, share, jumps = 0.0, 0.0, 0.0, flight.held.shape[0] > 0
     for k in range(begin, min(stop + 1, samples)):
         row = k - begin
         after = min(k + 1, samples - 1)
         interval = flight.time[after] - flight.time[k]
+        if jumps and k > begin:  # the span before this sample ends with other inputs than the next begins with
+            evaluate(x, stages.last, parameters, table, constants, flight.positions, work, True, False)
+            note(work, free, 2, span, layout)
+        inputs_at_end(flight.inputs[k], flight.inputs[after], flight.held, flight.ramp, stages.last)
         for node in range(nodes):
             # An odd substep is left alone at the end: a span by itself, its middle inside of it.
             alone = substeps % 2 == 1 and node >= nodes - 2
             place = (substeps - 0.5 if alone and node % 2 == 1 else float(node)) / substeps
-            inputs_at(place, flight.inputs[k], flight.inputs[after], u)
+            inputs_at(place, flight.inputs[k], stages.last, u)
             evaluate(x, u, parameters, table, constants, flight.positions, work, True, node == 0)
             if node % 2 == 1:
                 note(work, free, 1, span, layout)
             else:
                 if k > begin or node > 0:
-                    note(work, free, 2, span, layout)
+                    if node > 0 or not jumps:
+                        note(work, free, 2, span, layout)
                     cross(span, length, layout)
                     carry_columns(span.transition, columns, moved, layout.sizes)
                     force_terms(span, moved, layout)
@@ -179,6 +191,10 @@ def _trace(
                 if not within_limit(work.outputs, layout):
                     return False
                 if k > begin:
+                    hold_columns(
+                        columns[:, start:end], columns[:, end : end + extra], flight.held, flight.ramp,
+                        leading_columns(layout),
+                    )  # fmt: skip
                     for a in range(states):
                         for b in range(states):
                             trace.transition[row - 1, a, b] = columns[a, kept + b]
@@ -203,7 +219,7 @@ def _trace(
                     x[a] = stages.end[a]
             else:
                 integrate(
-                    x, flight.inputs[k], flight.inputs[after], interval, node, node + 1, substeps,
+                    x, flight.inputs[k], stages.last, interval, node, node + 1, substeps,
                     parameters, table, constants, flight.positions, work, stages,
                 )  # fmt: skip
                 if alone:

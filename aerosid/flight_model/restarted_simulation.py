@@ -39,7 +39,7 @@ def predict_ahead(
         stop = min(start + length + 1, samples)
         stretch = Flight(
             flight.time[start:stop], flight.inputs[start:stop], flight.measured[start:stop], flight.positions,
-            flight.substeps, flight.input_variance,
+            flight.substeps, flight.input_variance, flight.held, flight.ramp,
         )  # fmt: skip
         seen, _ = simulate_outputs(states[start], stretch, parameters, table, constants)
         for k in range(start + 1, stop):

@@ -1,6 +1,6 @@
 """Runge-Kutta integration over one sampling interval, with the sensitivities of its end.
 
-Classical fourth-order Runge-Kutta in equal substeps; inputs are linear between samples.
+Classical fourth-order Runge-Kutta in equal substeps; inputs are linear between samples, or held from each to the next.
 """
 
 from __future__ import annotations
@@ -20,19 +20,53 @@ from aerosid.signals.trace import StateSizes
 
 
 class Stages(NamedTuple):
-    """Room to integrate one substep: `end` (n) and `middle` (n) of it; `state` (n), `inputs` (I) of a stage."""
+    """Room to integrate one substep: `end` (n) and `middle` (n) of it; `state` (n), `inputs` (I) of a stage.
+
+    `last` (I): inputs at the end of the interval.
+    """
 
     end: NDArray[np.float64]
     middle: NDArray[np.float64]
     state: NDArray[np.float64]
     inputs: NDArray[np.float64]
+    last: NDArray[np.float64]
 
 
 @njit
 def make_stages(extra_inputs: int, layout: Layout) -> Stages:
     """`Stages` for `extra_inputs` inputs past the leading columns."""
     n = state_count(layout)
-    return Stages(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(leading_columns(layout) + extra_inputs))
+    columns = leading_columns(layout) + extra_inputs
+    return Stages(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(columns), np.zeros(columns))
+
+
+@njit_inline
+def inputs_at_end(
+    u0: NDArray[np.float64], u1: NDArray[np.float64], held: NDArray[np.int64], ramp: float, u: NDArray[np.float64]
+) -> None:
+    """Write the inputs at the end of the interval between two samples into `u`, before columns `held` jump.
+
+    A held input that moves to the next sample's value in the last `ramp` of an interval, 1, has the same mean over it
+    as one that makes that share of the change linearly and jumps at the sample.
+    """
+    for j in range(u1.shape[0]):
+        u[j] = u1[j]
+    for n in range(held.shape[0]):
+        j = held[n]
+        u[j] = u0[j] + ramp * (u1[j] - u0[j])
+
+
+@njit_inline
+def hold_columns(
+    start: NDArray[np.float64], end: NDArray[np.float64], held: NDArray[np.int64], ramp: float, leading: int
+) -> None:
+    """Turn the sensitivities (n, E) to inputs at an interval's two ends into those to its two samples, in place."""
+    for n in range(held.shape[0]):
+        j = held[n] - leading
+        if j >= 0:
+            for a in range(start.shape[0]):
+                start[a, j] += (1.0 - ramp) * end[a, j]
+                end[a, j] *= ramp
 
 
 @njit_inline

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,7 @@ from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
+from aerosid.estimation.input_interpolation import notes_on_held_controls, with_likelier_interpolation
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
@@ -185,7 +186,8 @@ def identify(
     ready = prepare_flights(logs, aircraft, validation, hold_out)
 
     progress("checking data compatibility")
-    problem, opposed = _with_instrument_errors(ready.problem, ready.logs, settings)
+    problem = _with_input_interpolation(ready.problem, settings)
+    problem, opposed = _with_instrument_errors(problem, ready.logs, settings)
     known = (
         problem.aircraft, ready.plain, problem.declared, problem.candidates, problem.manoeuvres, problem.others,
     )  # fmt: skip
@@ -208,6 +210,7 @@ def identify(
         result.rivals,
         (
             *_note_on_axes(problem.aircraft, settings, result),
+            *notes_on_held_controls((*problem.manoeuvres, *problem.others, *problem.held_out)),
             *note_on_unmeasured_sideslip(problem.aircraft, result.found.completed.model, problem.manoeuvres),
             *result.notes,
             *((NO_CROSS_CHECK,) if cross_checked and result.method == "equations" else ()),
@@ -217,6 +220,24 @@ def identify(
         result.search,
         problem.held_out,
         chain,
+    )
+
+
+def _with_input_interpolation(problem: IdentificationProblem, settings: LoopSettings) -> IdentificationProblem:
+    """The problem with the controls of each flight linear or held between samples; linear in a study of terms."""
+    if settings.catalogue == "terms":
+        return problem
+
+    def likelier(flights: tuple[Manoeuvre, ...]) -> tuple[Manoeuvre, ...]:
+        return tuple(
+            with_likelier_interpolation(each, problem.declared, problem.free, problem.given) for each in flights
+        )
+
+    return replace(
+        problem,
+        manoeuvres=likelier(problem.manoeuvres),
+        others=likelier(problem.others),
+        held_out=likelier(problem.held_out),
     )
 
 

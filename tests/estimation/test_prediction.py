@@ -78,9 +78,18 @@ def predict(
 
 
 def make(
-    problem: Problem, seed: int, *, input_noise: float = 0.0, output_scale: float = 1.0, irregular: bool = False
+    problem: Problem,
+    seed: int,
+    *,
+    input_noise: float = 0.0,
+    output_scale: float = 1.0,
+    irregular: bool = False,
+    ramp: float = 1.0,
 ) -> tuple[AerodynamicModel, Flight, Array]:
-    """A flight with every sensor away from the centre of gravity, with missing samples, and its start."""
+    """A flight with every sensor away from the centre of gravity, with missing samples, and its start.
+
+    `ramp`: part of each interval in which the elevator moves.
+    """
     rng = np.random.default_rng(seed)
     model = problem.truth
     level = trim(model, problem.airspeed, problem.aircraft.density, problem.aircraft.mass)
@@ -96,13 +105,14 @@ def make(
     inputs[:, 8] = true[:, 8] + input_noise * rng.standard_normal(time.size)
     start = np.array([100.0 * np.cos(level.alpha), 100.0 * np.sin(level.alpha), 0.0, level.alpha, 900.0])
     input_variance = np.zeros(inputs.shape[1] - 8)
-    flight = Flight(time, true, np.zeros((0, 8)), POSITIONS, 2, input_variance)
+    held = np.array([8] if ramp < 1.0 else [], dtype=np.int64)
+    flight = Flight(time, true, np.zeros((0, 8)), POSITIONS, 2, input_variance, held, ramp)
     clean, _ = simulate_outputs(start, flight, model.values, model.table, model.constants)
     measured = clean + output_scale * np.sqrt(VARIANCE) * rng.standard_normal(clean.shape)
     measured[rng.random(measured.shape) < 0.15] = np.nan
     measured[5] = np.nan
     input_variance[0] = input_noise**2
-    return model, Flight(time, inputs, measured, POSITIONS, 2, input_variance), start
+    return model, Flight(time, inputs, measured, POSITIONS, 2, input_variance, held, ramp), start
 
 
 SMALL = 1e-4
@@ -110,19 +120,21 @@ SMALL = 1e-4
 
 
 @pytest.mark.parametrize(
-    ("problem", "input_noise"),
+    ("problem", "input_noise", "ramp"),
     [
-        (Problem(undeclared=BOTH_SQUARES, duration=1.8, interval=0.05), 0.003),
-        (Problem(undeclared=BOTH_SQUARES, duration=1.8, interval=0.05), 0.05),
-        (Problem(LIFT_AND_DRAG, {("C_m", "alpha_dot_hat"): -5.0}, duration=1.8, interval=0.05), 0.01),
-        (Problem(UNSTABLE, amplitude=0.01, duration=2.4, interval=0.08), 0.01),
+        (Problem(undeclared=BOTH_SQUARES, duration=1.8, interval=0.05), 0.003, 1.0),
+        (Problem(undeclared=BOTH_SQUARES, duration=1.8, interval=0.05), 0.05, 1.0),
+        (Problem(undeclared=BOTH_SQUARES, duration=1.8, interval=0.05), 0.05, 0.3),
+        (Problem(LIFT_AND_DRAG, {("C_m", "alpha_dot_hat"): -5.0}, duration=1.8, interval=0.05), 0.01, 1.0),
+        (Problem(UNSTABLE, amplitude=0.01, duration=2.4, interval=0.08), 0.01, 1.0),
     ],
-    ids=["elevator noise", "large elevator noise", "alpha dot", "unstable"],
+    ids=["elevator noise", "large elevator noise", "held elevator with noise", "alpha dot", "unstable"],
 )
-def test_likelihood_and_information_are_the_dense_gaussians(problem: Problem, input_noise: float) -> None:
+def test_likelihood_and_information_are_the_dense_gaussians(problem: Problem, input_noise: float, ramp: float) -> None:
     """Elevator noise acts on both sides of its sample and directly on the accelerometers."""
     variance = VARIANCE * SMALL**2
-    model, flight, start = make(problem, 1, input_noise=input_noise * SMALL, output_scale=SMALL, irregular=True)
+    noise = input_noise * SMALL
+    model, flight, start = make(problem, 1, input_noise=noise, output_scale=SMALL, irregular=True, ramp=ramp)
     found = predict(model, flight, start, variance)
     wanted = dense_gaussian(*stacked(model, flight, start, variance))
     assert found.inside

@@ -118,9 +118,21 @@ def test_sensitivities_are_slopes_of_the_simulation_where_the_substep_is_the_usu
     assert _error(case, case.differences()) < 3e-6
 
 
-def test_transition_and_inputs_move_the_next_sample() -> None:
+def test_sensitivities_of_an_elevator_held_between_samples_are_slopes_of_the_simulation() -> None:
+    problem = Problem(duration=4.0, interval=0.03)
+    _, manoeuvre = problem.prepared(problem.fly())
+    case = Case(manoeuvre.flight.substeps, 0.03)
+    linear = case.differences()
+    case.flight = case.flight._replace(held=np.array([8]), ramp=0.3)
+    assert _error(case, case.differences()) < 3e-6
+    assert _error(case, linear) > 1e-2
+
+
+@pytest.mark.parametrize("ramp", [1.0, 0.3])
+def test_transition_and_inputs_move_the_next_sample(ramp: float) -> None:
     """The linearisation from sample to sample, carried on, gives the columns of the initial state."""
     case = Case(3)
+    case.flight = case.flight._replace(held=np.array([8]), ramp=ramp)
     trace = case.traced()
     state, moved = np.eye(5), np.zeros(5)
     count, held = case.free.size, np.isfinite(case.flight.measured[0])

@@ -17,7 +17,7 @@ from aerosid.flight_model.flight import ALPHA_LIMIT, Flight
 from aerosid.flight_model.layout import Layout, input_places, leading_columns, state_count, state_places
 from aerosid.flight_model.loads import pressure_area
 from aerosid.flight_model.rigid_body import rates_per_unit
-from aerosid.flight_model.sampling_interval import Stages, integrate, make_stages
+from aerosid.flight_model.sampling_interval import Stages, inputs_at_end, integrate, make_stages
 from aerosid.flight_model.terms import TermTable
 from aerosid.flight_model.workspace import Workspace, make_workspace
 from aerosid.model_error.invariant_embedding.estimator_step import estimator_step, gain_step, information
@@ -204,8 +204,9 @@ def _recur(
         for i in range(count):
             ahead_x[i] = x[i]
             ahead.rates[i] = work.rates[i]
+        inputs_at_end(flight.inputs[k], flight.inputs[k + 1], flight.held, flight.ramp, stages.last)
         integrate(
-            ahead_x, flight.inputs[k], flight.inputs[k + 1], dt, 0, flight.substeps, flight.substeps,
+            ahead_x, flight.inputs[k], stages.last, dt, 0, flight.substeps, flight.substeps,
             parameters, table, constants, flight.positions, ahead, stages,
         )  # fmt: skip
         if not _within(ahead_x, flight.inputs[k + 1], layout):
@@ -241,7 +242,7 @@ def _recur(
                 for a in range(n):
                     x[i] += M0[i, a] * g0[a] + M1[i, a] * g1[a]
             # The candidates' true-minus-estimate: open loop with the candidate's rate, then the same correction.
-            evaluate(ahead_x, flight.inputs[k + 1], parameters, table, constants, flight.positions, ahead, True, False)
+            evaluate(ahead_x, stages.last, parameters, table, constants, flight.positions, ahead, True, False)
             _apply(n, C, eps, scratch[0], 0.0)
             _apply(n, Phi, eps, scratch[1], 0.0)
             _apply(n, Gamma0, work.rates_p, scratch[1], 1.0)
