@@ -177,6 +177,16 @@ class ResidualTestSettings:
         than the motion. Found on lateral and six-axis flights with nothing missing, in calm air behind filters of 5 and
         6 Hz (benchmarks/sideways_detection.py, seed 81), and on a pitching moment that lacks a term in alpha^2 for
         twelve seconds (tests/estimation/test_residual_tests.py).
+    sensor_memory : float
+        The same, s, in still air, where the coefficients' residuals are tested against the controls too: longer than a
+        sensor's coloured noise remembers, since what is left for that test to miss is slow, as a drift of the trim.
+        Chosen on clean flights of an independent simulator whose noise has a memory of 0.3 s: their residuals repeat
+        themselves over .2 s and no longer.
+    least_share : float
+        Mean square over the variance of the channel in the record, 1, that a residual must exceed to count in the
+        verdict, whatever its noise: interpolation and integration leave as much. Chosen on a clean flight of an
+        independent simulator with a twentieth of the usual noise, .000002 to .000007; flights that lack an effect leave
+        .0004 and more.
     coloured_ratio : float
         Least kinematic residual of any channel over its white noise, 1, from which on a recorder hides the noise: with
         one instrument at fault in white noise .9 to 1.1 (blind practice flights with planted faults of q, theta and
@@ -196,6 +206,8 @@ class ResidualTestSettings:
     recorded_ratio: float = 2.0
     recorded_share: float = 0.003
     recorder_memory: float = 0.2
+    sensor_memory: float = 1.0
+    least_share: float = 3e-5
     coloured_ratio: float = 1.25
     fewest: int = 20
     quick_shortfall: float = 1.15

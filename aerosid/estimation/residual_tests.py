@@ -19,17 +19,21 @@ def unexplained_channels(
     manoeuvres: Sequence[Manoeuvre],
     *,
     noise_hidden: bool = False,
+    memory: float = RESIDUAL_TESTS.recorder_memory,
+    least_share: float = 0.0,
     whitened: Iterable[Whitened] | None = None,
 ) -> tuple[str, ...]:
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
     A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a recorder hides the noise,
     a residual counts that exceeds the white noise by more, leaves a share of the channel's variance and repeats itself
-    for longer than filtered noise does, of which the last digits of a log may show a twentieth. `whitened`: the
+    for longer than filtered noise does, of which the last digits of a log may show a twentieth: for
+    `memory` s. Elsewhere it counts with more than the `least_share`, 1, of the channel's variance. `whitened`: the
     estimate's stretches, where they are known.
     """
     level = np.sqrt(refinement.variance)
     least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio
+    least_share = RESIDUAL_TESTS.recorded_share if noise_hidden else least_share
     unexplained: dict[str, None] = {}
     for part in whiten(refinement, manoeuvres, columns=()) if whitened is None else whitened:
         manoeuvre = manoeuvres[part.log]
@@ -40,10 +44,10 @@ def unexplained_channels(
                 continue  # too few samples, or a quantised record that holds its last sample: its noise is not known
             size = float(np.sqrt(np.mean(residual**2))) * level[i]
             ratio = size / manoeuvre.noise[i]
-            if noise_hidden:
-                leaves_share = size**2 > RESIDUAL_TESTS.recorded_share * manoeuvre.spread[i] ** 2
-                if not (leaves_share and is_coloured(_means(manoeuvre.flight.time, part.residual[:, i]))):
-                    continue
+            if size**2 <= least_share * manoeuvre.spread[i] ** 2:
+                continue
+            if noise_hidden and not is_coloured(_means(manoeuvre.flight.time, part.residual[:, i], memory)):
+                continue
             if ratio > least and is_coloured(residual):
                 ratios[i] = ratio
         if not ratios:
@@ -55,10 +59,10 @@ def unexplained_channels(
     return tuple(unexplained)
 
 
-def _means(time: NDArray[np.float64], residual: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means (M,) of a residual (N,) over intervals longer than a recorder remembers, those without samples left out."""
+def _means(time: NDArray[np.float64], residual: NDArray[np.float64], interval: float) -> NDArray[np.float64]:
+    """Means (M,) of a residual (N,) over intervals [s], those without samples left out."""
     present = np.isfinite(residual)
-    places = ((time - time[0]) / RESIDUAL_TESTS.recorder_memory).astype(np.int64)[present]
+    places = ((time - time[0]) / interval).astype(np.int64)[present]
     counts = np.bincount(places)
     sums = np.bincount(places, weights=residual[present])
     return sums[counts > 0] / counts[counts > 0]

@@ -75,13 +75,14 @@ def identified_by_equations(
     )
     hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
     calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
-    dependence = _dependence(decision) if hidden and not calm else None
+    dependence = _dependence(decision) if hidden else None
+    still = not (decision.turbulence or may_be_turbulent(decision.completed))
 
     def finished(found: Attribution) -> Attribution:
         found = with_turbulence_innovations(found, search)
         found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
         found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
-        return replace(found, noise_hidden=True, dependence=dependence) if hidden else found
+        return replace(found, noise_hidden=True, dependence=dependence, still_air=still) if hidden else found
 
     result = finished(output_error_in_calm_air(found, decision, search, noise_hidden=hidden) if calm else found)
     if calm and hidden and problem.others:
@@ -117,8 +118,6 @@ def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> t
 
 
 def _dependence(decision: EquationErrorDecision) -> tuple[ControlDependence, ...] | None:
-    """The test of the completed structure's residuals against the controls; None in calm air."""
-    if not (decision.turbulence or may_be_turbulent(decision.completed)):
-        return None
+    """The test of the completed structure's residuals against the controls; None where that is not possible."""
     acting = decision.with_instruments_held(decision.completed.point.effects)
     return dependence_on_records(decision.completed, acting, decision.level_shifts)

@@ -189,12 +189,19 @@ def note_on_hidden_noise(found: Attribution) -> str:
     if found.dependence is not None:
         alarms = number(100.0 * DEPENDENCE.false_alarm, 1)
         logs = listed(list(dict.fromkeys(row.recording for row in found.dependence)))
+        why = "neither open-loop errors nor innovations tell a missing effect from the air and the recorder"
+        slow = "What happens without the controls, as a drift of the trim, this does not show."
+        if found.still_air:
+            why = "open-loop errors do not tell a missing effect from the noise of sensors and recorder"
+            slow = (
+                "So does an open-loop error of more than "
+                f"{number(100.0 * RESIDUAL_TESTS.recorded_share)} % of a channel's variance in the record whose means "
+                f"over {number(RESIDUAL_TESTS.sensor_memory)} s are not white."
+            )
         return (
-            f"{hidden} in moving air neither open-loop errors nor innovations tell a missing effect from the air and "
-            "the recorder. A residual counts as significant where it depends on the controls (F test of each "
-            f"coefficient's whitened residual on {logs}, {alarms} % false alarms in all): "
-            f"{_dependences(found.dependence)}. What happens without the controls, as a drift of the trim, this does "
-            "not show."
+            f"{hidden} in {'still' if found.still_air else 'moving'} air {why}. A residual counts as significant where "
+            "it depends on the controls (F test of each coefficient's whitened residual on "
+            f"{logs}, {alarms} % false alarms in all): {_dependences(found.dependence)}. {slow}"
         )
     told = (
         f"{hidden} the last digits of the logs do not show their noise. A channel "

@@ -11,6 +11,7 @@ import numpy as np
 from aerosid.effects import KINDS
 from aerosid.effects.refutation import Refutation, Refuted
 from aerosid.equation_error.selection.control_dependence import dependent
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.flight_model.aerodynamics import Entry
@@ -64,21 +65,34 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
     -----
     In identified turbulence the residuals are the innovations of a filter, not those of an open-loop simulation, and
     follow any slow motion: they are compared with the white noise, known or not. Where a recorder hides that too,
-    neither tells a missing effect from the air, and the coefficients' residuals are tested against the controls.
+    neither tells a missing effect from the air, and the coefficients' residuals are tested against the controls; in
+    still air too, where a sensor's coloured noise is in every residual: beside that test only a slow one counts.
     """
     if not found.findings and not is_excited(found, manoeuvres):
         return Judgement(Verdict.NOT_EXCITED, leaves_residual=False)
     if found.dependence is not None:
-        leaves = bool(dependent(found.dependence))
-    else:
-        hidden = found.noise_hidden and found.in_turbulence is None
-        leaves = bool(unexplained_channels(found.tested, manoeuvres, noise_hidden=hidden)) or any(
-            is_inadequate_on(found.tested, each, noise_hidden=hidden) for each in validation
+        leaves = bool(dependent(found.dependence)) or (
+            found.still_air and _leaves_residual(found, manoeuvres, validation, RESIDUAL_TESTS.sensor_memory)
         )
+    else:
+        leaves = _leaves_residual(found, manoeuvres, validation, RESIDUAL_TESTS.recorder_memory)
     if not found.findings:
         return Judgement(Verdict.UNEXPLAINED if leaves else Verdict.NOTHING_MISSING, leaves)
     partly = leaves or bool(found.other_derivatives) or any(row.significant for row in found.lowered)
     return Judgement(Verdict.PARTLY_EXPLAINED if partly else Verdict.EXPLAINED, leaves)
+
+
+def _leaves_residual(
+    found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Sequence[Manoeuvre], memory: float
+) -> bool:
+    """Whether any flight leaves more than noise; behind a recorder more that repeats itself for `memory` s."""
+    hidden, least = found.noise_hidden and found.in_turbulence is None, RESIDUAL_TESTS.least_share
+    return bool(
+        unexplained_channels(found.tested, manoeuvres, noise_hidden=hidden, memory=memory, least_share=least)
+    ) or any(
+        is_inadequate_on(found.tested, each, noise_hidden=hidden, memory=memory, least_share=least)
+        for each in validation
+    )
 
 
 MOTION = ("alpha", "beta", "p", "q", "r")

@@ -82,8 +82,10 @@ class Attribution:
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.
     dependence : tuple of ControlDependence, optional
-        Test of each coefficient's residual against the controls, where moving air and a recorder that hides the noise
-        leave no other; None where residuals are compared with the noise.
+        Test of each coefficient's residual against the controls, where a recorder hides the noise; None where
+        residuals are compared with the noise alone.
+    still_air : bool
+        Whether, with that test, neither vanes nor forces show that the air may move: a slow residual is then no gust.
     """
 
     before: Refinement
@@ -103,6 +105,7 @@ class Attribution:
     lowered: tuple[LoweredCoefficient, ...] = ()
     noise_hidden: bool = False
     dependence: tuple[ControlDependence, ...] | None = None
+    still_air: bool = False
     in_turbulence: Refinement | None = None
     re_estimator: Callable[[Refinement], Refinement] | None = None
     deviations_of: Callable[[Refinement], Deviations] | None = None

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aerosid.errors import EstimationError
-from aerosid.estimation.fit_settings import RefinementSettings
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS, RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.estimation.open_loop import on_log, respond
@@ -95,7 +95,19 @@ def _re_estimated_on(completed: Refinement, manoeuvre: Manoeuvre) -> Refinement 
         return None
 
 
-def is_inadequate_on(completed: Refinement, manoeuvre: Manoeuvre, *, noise_hidden: bool = False) -> bool:
-    """Whether a structure leaves a residual above noise on a flight although re-estimated on it."""
+def is_inadequate_on(
+    completed: Refinement,
+    manoeuvre: Manoeuvre,
+    *,
+    noise_hidden: bool = False,
+    memory: float = RESIDUAL_TESTS.recorder_memory,
+    least_share: float = 0.0,
+) -> bool:
+    """Whether a structure leaves a residual above noise on a flight although re-estimated on it.
+
+    The settings are those of `unexplained_channels`.
+    """
     own = re_estimated_on(completed, manoeuvre)
-    return own is None or bool(unexplained_channels(own, [manoeuvre], noise_hidden=noise_hidden))
+    return own is None or bool(
+        unexplained_channels(own, [manoeuvre], noise_hidden=noise_hidden, memory=memory, least_share=least_share)
+    )

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from problems import BOTH_SQUARES, NOISE, Problem, entry
-from scipy.signal import butter, filtfilt
+from problems import BOTH_SQUARES, NOISE, Problem, entry, with_channels
+from scipy.signal import butter, filtfilt, lfilter
 
-from aerosid.estimation.fit_settings import TRIAL
+from aerosid.estimation.fit_settings import RESIDUAL_TESTS, TRIAL
 from aerosid.estimation.maximum_likelihood import refine
 from aerosid.estimation.open_loop import respond
 from aerosid.estimation.residual_tests import coloured_noise, unexplained_channels
@@ -61,6 +61,36 @@ def test_noise_behind_a_recorder_is_not_told_from_a_model_error_by_its_size(valu
     found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
     assert unexplained_channels(found, [manoeuvre])
     assert bool(unexplained_channels(found, [manoeuvre], noise_hidden=True)) == (value != 0.0)
+
+
+@pytest.mark.parametrize("memory", [0.3, 3.0], ids=["coloured noise", "drift"])
+def test_noise_that_remembers_less_than_the_means_are_long_is_no_model_error(memory: float) -> None:
+    """Noise with a memory of 0.3 s, filtered, repeats itself over 0.2 s, and hardly over 1 s; a drift does."""
+    problem = Problem(elevator="3211", duration=60.0, noise={name: 0.1 * level for name, level in NOISE.items()})
+    log, decay = problem.fly(3), float(np.exp(-problem.interval / memory))
+    white = np.random.default_rng(4).standard_normal(log.time.size)
+    noise = lfilter([np.sqrt(1.0 - decay**2)], [1.0, -decay], white)
+    noise = lfilter(*butter(2, 5.0, fs=1.0 / problem.interval), noise)
+    model, manoeuvre = problem.prepared(with_channels(log, a_z=log["a_z"] + 0.5 * noise))
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    hidden = {"noise_hidden": True}
+    assert "a_z" in unexplained_channels(found, [manoeuvre], **hidden)
+    slow = unexplained_channels(found, [manoeuvre], memory=RESIDUAL_TESTS.sensor_memory, **hidden)
+    assert ("a_z" in slow) is (memory > 1.0)
+
+
+def test_a_residual_counts_only_with_the_least_share_of_the_motion() -> None:
+    problem = Problem(undeclared=BOTH_SQUARES)
+    model, manoeuvre = problem.prepared(problem.fly())
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    errors = respond(found.model, manoeuvre, found.variance).rms
+    shares = {name: (errors[name] / float(manoeuvre.spread[manoeuvre.row(name)])) ** 2 for name in errors}
+    told = unexplained_channels(found, [manoeuvre])
+    least = float(np.median([shares[name] for name in told]))
+    fewer = set(unexplained_channels(found, [manoeuvre], least_share=least))
+    assert fewer <= {name for name in told if shares[name] > 0.8 * least}
+    assert fewer >= {name for name in told if shares[name] > 1.2 * least}
+    assert set(told) - fewer
 
 
 def test_behind_a_recorder_a_small_residual_does_not_count_however_quiet_the_log_is() -> None:

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from problems import LIGHT, Problem, with_channels
+from problems import LIGHT, NOISE, Problem, with_channels
+from scipy.signal import lfilter
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
@@ -31,12 +32,30 @@ def saturated(log: FlightLog) -> FlightLog:
     return replace(log, channels={**log.channels, "q": np.clip(log["q"], -largest, largest)})
 
 
+def coloured(log: FlightLog) -> FlightLog:
+    """Every output with noise of its sensor that remembers 0.3 s beside the noise that it has."""
+    generator = np.random.default_rng(log.time.size)
+    decay = float(np.exp(-float(log.time[1] - log.time[0]) / 0.3))
+    channels = dict(log.channels)
+    for name in sorted(set(NOISE) - {"delta_e"}):
+        white = np.sqrt(1.0 - decay**2) * generator.standard_normal(log.time.size)
+        channels[name] = channels[name] + 1.5 * NOISE[name] * lfilter([1.0], [1.0, -decay], white)
+    return replace(log, channels=channels)
+
+
 FAULTY = {Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED, Verdict.INCONSISTENT_DATA}
 
 
 @pytest.mark.parametrize(
     ("body", "recorded", "verdicts"),
-    [(0, intact, {Verdict.NOTHING_MISSING}), (3, intact, {Verdict.NOTHING_MISSING}), (0, saturated, FAULTY)],
+    [
+        (0, intact, {Verdict.NOTHING_MISSING}),
+        (3, intact, {Verdict.NOTHING_MISSING}),
+        (0, coloured, {Verdict.NOTHING_MISSING}),
+        (0, saturated, FAULTY),
+        (0, lambda log: coloured(saturated(log)), FAULTY),
+    ],
+    ids=["intact", "another aircraft", "coloured noise", "saturated gyro", "saturated gyro in coloured noise"],
 )
 def test_noise_of_a_recorder_is_no_model_error(
     body: int, recorded: Callable[[FlightLog], FlightLog], verdicts: set[Verdict]
