@@ -10,7 +10,7 @@ from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
 from aerosid.effects.limits import OFFERED
 from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, rate_limited
-from aerosid.signals.noise import estimate_noise
+from aerosid.signals.noise import estimate_noise, noise_at_rest
 
 THRUST_COLUMN = "thrust_change"
 """Thrust beyond the recorded one, N."""
@@ -114,11 +114,11 @@ def control_rate_limit(channel: str, max_rate: float, max_excursion: float, move
     )
 
 
-def control_deadband(channel: str, max_excursion: float, noise: float = 0.0) -> InputEffect:
+def control_deadband(channel: str, max_excursion: float, noise: float = 0.0, at_rest: float = 0.0) -> InputEffect:
     """Dead band: excursions of the recorded control within it do not move the surface.
 
-    `max_excursion` is the largest excursion, `noise` the record's noise standard deviation, rad; where it is not given,
-    it is estimated from the record.
+    `max_excursion` is the largest excursion, `noise` the standard deviation of the record's white noise, rad; where it
+    is not given, it is estimated from the record. `at_rest`: that of all noise, coloured noise included.
     """
     return InputEffect(
         "control_deadband",
@@ -131,7 +131,7 @@ def control_deadband(channel: str, max_excursion: float, noise: float = 0.0) -> 
                 lowest=0.0,
                 highest=0.9 * max_excursion,
                 step=1e-4 * max_excursion,
-                least=OFFERED.least_band * noise,
+                least=OFFERED.least_band * max(noise, at_rest),
             ),
         ),
         lambda time, values, p: deadbanded(
@@ -154,7 +154,7 @@ def control_effects(
         control_lag(channel),
         control_delay(channel, earliest, least),
         control_rate_limit(channel, max_rate, max_excursion, _movement_length(time, values)),
-        control_deadband(channel, max_excursion, float(estimate_noise(time, values))),
+        control_deadband(channel, max_excursion, estimate_noise(time, values), noise_at_rest(time, values)),
     )
 
 

@@ -257,3 +257,29 @@ def _quantum(samples: FloatArray, peak: float) -> float:
     jumps = jumps[jumps > 0.5 * quantum]
     single = np.count_nonzero(jumps < 1.5 * quantum)
     return quantum if 2 * single > jumps.size else 0.0
+
+
+def noise_at_rest(time: FloatArray, values: FloatArray) -> float:
+    """The standard deviation of a channel's noise while the channel rests, coloured noise included, in its unit.
+
+    Parameters
+    ----------
+    time, values : (N,) array
+        As of `estimate_noise`.
+
+    Returns
+    -------
+    float
+        The lowest tenth of the standard deviations over windows of some seconds; no less than the white noise, and no
+        more than a few times it, where the channel never rests.
+    """
+    white = estimate_noise(time, values)
+    samples = int(NOISE.rest / float(np.median(np.diff(time))))
+    if samples < 2 or values.size < 2 * samples:
+        return white
+    windows = np.lib.stride_tricks.sliding_window_view(values, samples)[:: max(samples // 4, 1)]
+    present = windows[np.isfinite(windows).all(axis=1)]
+    if not present.size:
+        return white
+    quiet = float(np.quantile(np.std(present, axis=1), NOISE.quietest))
+    return float(np.clip(quiet, white, NOISE.most_coloured * white))

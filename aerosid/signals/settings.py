@@ -23,6 +23,13 @@ class NoiseSettings:
         Half widths, samples, of the means; the widest passes a quarter of a hertz at 100 samples per second.
     even : float
         Share of the sampling interval, 1, by which stamps may jitter without showing in the weights of differences.
+    rest : float
+        s; windows whose standard deviations are compared to find a channel at rest. Chosen: several times the memory of
+        a recorder's noise.
+    quietest : float
+        Quantile of them, 1, that is taken for rest. Chosen.
+    most_coloured : float
+        Largest ratio of coloured noise to its white part, 1. Chosen: first-order noise that remembers twelve samples.
     """
 
     trim: float = 3.0
@@ -30,6 +37,9 @@ class NoiseSettings:
     clear: float = 2.5
     half_windows: tuple[int, ...] = (1, 2, 4, 8, 16)
     even: float = 0.02
+    rest: float = 2.0
+    quietest: float = 0.1
+    most_coloured: float = 5.0
 
 
 @dataclass(frozen=True)

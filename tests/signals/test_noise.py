@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import signal
 from scipy.stats import norm, truncnorm
 
-from aerosid.signals.noise import _trimmed_scale, autocovariance, estimate_noise
+from aerosid.signals.noise import _trimmed_scale, autocovariance, estimate_noise, noise_at_rest
 
 
 def short_period(
@@ -148,3 +148,25 @@ def test_autocovariance_is_the_double_sum(count: int, max_lag: int, missing: flo
         if there:
             expected[lag] = sum(there) / len(there) * (count - lag) / count
     np.testing.assert_allclose(autocovariance(residual, max_lag), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.1, 0.3])
+def test_noise_at_rest_contains_its_colour(memory: float) -> None:
+    """A first-order process of unit variance, between steps of the channel that differences take for corners."""
+    generator, interval = np.random.default_rng(17), 0.04
+    time = np.arange(0.0, 60.0, interval)
+    kept = np.exp(-interval / memory) if memory else 0.0
+    noise = signal.lfilter([np.sqrt(1.0 - kept**2)], [1.0, -kept], generator.standard_normal(time.size + 200))[200:]
+    steps = 40.0 * np.sign(np.sin(2.0 * np.pi * time / 15.0)) * (time > 5.0)
+    # Over two seconds a mean takes a part of it along, and the quietest tenth of the windows is below the average.
+    assert 0.6 < noise_at_rest(time, steps + noise) < 1.1
+    if memory == 0.3:
+        assert estimate_noise(time, steps + noise) < 0.5
+
+
+def test_a_channel_that_never_rests_has_no_more_than_a_few_times_its_white_noise() -> None:
+    time = np.arange(0.0, 40.0, 0.04)
+    values = 20.0 * np.sin(2.0 * np.pi * 0.8 * time) + np.random.default_rng(3).standard_normal(time.size)
+    white = estimate_noise(time, values)
+    assert noise_at_rest(time, values) == pytest.approx(5.0 * white)
+    assert white == pytest.approx(1.0, rel=0.15)
