@@ -88,14 +88,22 @@ def aircraft_of(body: SideBody, off: float, generator: np.random.Generator) -> A
     return aircraft_from_text("\n".join(lines) + "\n", f"{body.name}.toml", "0" * 64)
 
 
-def flown(name: str, body: SideBody, seed: int, *, gust: float, interval: float, seconds: float) -> FlightLog:
-    """The recorded flight; `gust`: standard deviation of the wind from the side, m/s."""
+def flown(
+    name: str, body: SideBody, seed: int, *, gust: float, interval: float, seconds: float, rotary: bool = False
+) -> FlightLog:
+    """The recorded flight; `gust`: standard deviation of the wind from the side, m/s.
+
+    `rotary`: whether it varies along the aircraft, and one as large from below across it (MIL-F-8785C).
+    """
     generator = np.random.default_rng(seed)
     time = interval * np.arange(int(seconds / interval))
     aileron, rudder = (_steps(time, size, generator) for size in (0.08, 0.06))
     wind = first_order_wind(gust, time, body.airspeed, generator, 180.0)
     alpha = float(generator.uniform(0.01, 0.06))
-    rows, inputs = _simulated(body, time, aileron, rudder, wind, alpha)
+    turning = np.zeros((2, time.size))
+    if rotary:
+        turning = np.stack([_gust_in_roll(body, gust, time, seed), _gust_in_yaw(body, wind, interval)])
+    rows, inputs = _simulated(body, time, aileron, rudder, np.vstack([wind, turning]).T, alpha)
     seen = {"V": np.full(time.size, body.airspeed), "alpha": np.full(time.size, alpha), **rows, **inputs}
     seen["theta"] = np.full(time.size, alpha)
     memory = float(generator.uniform(0.0, 0.5))
@@ -129,10 +137,26 @@ def first_order_wind(
     return np.asarray(lfilter([1.0], [1.0, -kept], shocks))
 
 
+def _gust_in_yaw(body: SideBody, wind: Array, interval: float) -> Array:
+    """r_g = -v_g'/V behind 1/(1 + s 3b/(pi V)), rad/s: (the average of v_g less v_g)/(V times that time)."""
+    time = 3.0 * body.span / (math.pi * body.airspeed)
+    keep = math.exp(-interval / time)
+    average = wind[0] + lfilter([1.0 - keep], [1.0, -keep], wind - wind[0])
+    return np.asarray((average - wind) / (body.airspeed * time))
+
+
+def _gust_in_roll(body: SideBody, sigma: float, time: Array, seed: int) -> Array:
+    """p_g of the variance and memory of its Dryden spectrum, scale length 180 m, rad/s."""
+    share = 0.8 * math.pi**2 / (8.0 * body.span * 180.0) * (math.pi * 180.0 / (4.0 * body.span)) ** (1.0 / 3.0)
+    memory = 4.0 * body.span / (math.pi * body.airspeed)
+    generator = np.random.default_rng([seed, 1])
+    return first_order_wind(sigma * math.sqrt(share), time, body.airspeed, generator, body.airspeed * memory)
+
+
 def _simulated(
     body: SideBody, time: Array, aileron: Array, rudder: Array, wind: Array, alpha: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Measured motion and recorded surfaces; inputs are linear between samples."""
+    """Measured motion and recorded surfaces; inputs are linear between samples, `wind` (N, 3) of v, p and r."""
     interval = float(time[1] - time[0])
     count = max(1, math.ceil(interval / SUBSTEP))
     step = interval / count
@@ -172,15 +196,16 @@ def _pitching(x: State) -> float:
 
 
 def _rates(
-    body: SideBody, x: State, aileron: float, rudder: float, wind: float, alpha: float
+    body: SideBody, x: State, aileron: float, rudder: float, wind: Array, alpha: float
 ) -> tuple[State, float, float]:
     """Rates of v, p, r, phi, psi, the lateral specific force and the sideslip in the air."""
     v, p, r, phi, _ = x
     q, speed = _pitching(x), body.airspeed
-    beta = math.asin((v - wind) / speed)
+    beta = math.asin((v - wind[0]) / speed)
     force = 0.5 * body.density * speed**2 * body.wing_area
     hat = body.span / (2.0 * speed)
-    values = {"1": 1.0, "beta": beta, "p_hat": p * hat, "r_hat": r * hat, "delta_a": aileron, "delta_r": rudder}
+    values = {"1": 1.0, "beta": beta, "p_hat": (p + wind[1]) * hat, "r_hat": (r + wind[2]) * hat}
+    values |= {"delta_a": aileron, "delta_r": rudder}
     total = dict.fromkeys(("C_Y", "C_l", "C_n"), 0.0)
     for (coefficient, term), value in body.terms.items():
         total[coefficient] += value * values[term]

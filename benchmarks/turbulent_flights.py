@@ -70,8 +70,12 @@ def flown(
     wrong: Wrong = NOTHING,
     seconds: float = 30.0,
     interval: float = 0.04,
+    rotary: bool = False,
 ) -> FlightLog:
-    """The log of a manoeuvre of random steps in turbulence of `air` m/s."""
+    """The log of a manoeuvre of random steps in turbulence of `air` m/s.
+
+    `rotary`: whether the gusts vary along the aircraft, as those of MIL-F-8785C do.
+    """
     generator = np.random.default_rng(seed)
     terms = dict(body.terms)
     for key, value in wrong.terms.items():
@@ -79,7 +83,8 @@ def flown(
     count = int(seconds / STEP)
     asked = _steps(body, count, generator)
     gust = air * np.array([_gust(count, 150.0 / body.airspeed, generator) for _ in range(2)])
-    outputs = _simulated(body, terms, asked, gust, wrong.elevator_delay)
+    turning = _gust_in_pitch(body, gust[1]) if rotary else np.zeros(count)
+    outputs = _simulated(body, terms, asked, np.vstack([gust, turning]), wrong.elevator_delay)
     return _recorded(name, outputs, wrong, interval, generator)
 
 
@@ -101,6 +106,14 @@ def _steps(body: Body, count: int, generator: np.random.Generator) -> Array:
 def _gust(count: int, memory: float, generator: np.random.Generator) -> Array:
     keep = math.exp(-STEP / memory)
     return np.asarray(lfilter([math.sqrt(1.0 - keep**2)], [1.0, -keep], generator.standard_normal(count)))
+
+
+def _gust_in_pitch(body: Body, down: Array) -> Array:
+    """q_g = w_g'/V behind 1/(1 + s 4b/(pi V)), rad/s: (w_g less its average)/(V times that time); b is S/c."""
+    time = 4.0 * body.wing_area / body.mean_chord / (math.pi * body.airspeed)
+    keep = math.exp(-STEP / time)
+    average = down[0] + lfilter([1.0 - keep], [1.0, -keep], down - down[0])
+    return np.asarray((down - average) / (body.airspeed * time))
 
 
 def level(body: Body, further: Mapping[tuple[str, str], float]) -> tuple[float, float, float]:
@@ -143,11 +156,11 @@ def _simulated(
     # Numbers of Python's own: an array of five of them takes three times as long.
     def rates(x: list[float], inputs: list[float]) -> tuple[list[float], tuple[float, ...]]:
         u, w, q, theta, height = x
-        elevator_now, gust_u, gust_w = inputs
+        elevator_now, gust_u, gust_w, gust_q = inputs
         air_u, air_w = u - gust_u, w - gust_w
         speed = math.hypot(air_u, air_w)
         angle = math.atan2(air_w, air_u)
-        hat = q * body.mean_chord / (2.0 * body.airspeed)
+        hat = (q + gust_q) * body.mean_chord / (2.0 * body.airspeed)
         c = _coefficients(terms, angle, hat, elevator_now, speed / body.airspeed - 1.0)
         force = 0.5 * body.density * speed**2 * body.wing_area
         a_x, a_z = (force * c[0] + thrust) / body.mass, force * c[1] / body.mass
