@@ -33,6 +33,7 @@ from aerosid.equation_error.selection.kinematic_evidence import kinematic_eviden
 from aerosid.equation_error.selection.lag_exchange import resolve_lag_exchange
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, criterion_for
 from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
+from aerosid.equation_error.selection.rotary_gusts import with_rotary_gusts
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
@@ -161,7 +162,8 @@ def _selected(
     likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors)
     if likelier is not identified:
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
-    declared = compared_with(values, likelier_vane_smoothing(likelier_input_interpolation(declared)))
+    declared = likelier_vane_smoothing(likelier_input_interpolation(declared))
+    declared = compared_with(values, with_rotary_gusts(declared))
     search = _coefficient_search(errors, identified, declared, coefficients)
     outcome = _selected_with_delays(identified, declared, search, near)
     for each in identified.chosen:

@@ -22,6 +22,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_supported_error,
     note_on_vane,
     notes_on_bridged_holes,
+    notes_on_rotary_gusts,
 )
 from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.loop.settings import LoopSettings
@@ -111,6 +112,7 @@ def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> t
         ),
         *(note_on_near_significant(row) for row in decision.near_significant),
         *(note_on_calibration(scale) for scale in decision.uncertain_scales),
+        *notes_on_rotary_gusts(decision.completed.problem.rotary_gusts),
         *(note_on_regressor_errors(row) for row in decision.regressor_errors),
         note_on_damping(decision.damping) if decision.damping is not None else "",
     ]

@@ -140,6 +140,18 @@ def note_on_calibration(active: ActiveEffect) -> str | None:
     )
 
 
+def notes_on_rotary_gusts(vanes: Sequence[str]) -> tuple[str, ...]:
+    """Notes on the moments that respond to rotary gusts, by the vanes that show these."""
+    notes = {
+        "alpha": "C_m responds to rotary gusts: the rate of the gust that the vane of alpha shows is one of its "
+        "regressors, since the aircraft's response to it would make every derivative of C_m too small.",
+        "beta": "C_l and C_n respond to rotary gusts. No vane shows those in roll: both are estimated by the response "
+        "to the controls (instrumental variables), and their R^2 is of that response. It is valid unless the controls "
+        "respond to gusts, as an autopilot's do.",
+    }
+    return tuple(notes[vane] for vane in vanes)
+
+
 def note_on_regressor_errors(biased: RegressorErrors) -> str | None:
     """Note on a coefficient whose derivatives by instrumental variables are others than by least squares.
 

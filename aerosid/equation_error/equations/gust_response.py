@@ -6,7 +6,8 @@ in calm air, and the derivative, in gusts that are large compared with the vane'
 contains the errors of the path, which damping resembles: where the record alone determined the response, C_m responded
 to the Twin Otter's vane with the opposite sign of its derivative, twice as large, and C_m q_hat was -30.6; without a
 response it is -34.2 (published: -36). So the response has an a-priori value, half the derivative, and a standard
-deviation of as much. In gusts a record is far more accurate than that and determines it.
+deviation of as much. In gusts a record is far more accurate than that and determines it. To the rotary gust that the
+vane's rate shows the moments respond by their derivatives with respect to the angular rate, with the same widths.
 """
 
 from __future__ import annotations
@@ -28,6 +29,13 @@ BY_FLOW_ANGLE: Mapping[str, Mapping[Entry, float]] = {
 }
 """Physical: signs of the derivatives by which the coefficients respond to a gust. C_X is not among them: it responds by
 the lift, which turns with the flow, more than by the drag, and is left to the record."""
+
+BY_RATE: Mapping[str, Entry] = {
+    "C_m": ("C_m", parse_term("q_hat")),
+    "C_l": ("C_l", parse_term("r_hat")),
+    "C_n": ("C_n", parse_term("r_hat")),
+}
+"""Physical: the derivatives by which the moments respond to a rotary gust."""
 
 FORCE_OF = {"C_m": "C_Z", "C_l": "C_Y", "C_n": "C_Y"}
 """The force of whose lever each moment is the product."""
@@ -94,6 +102,17 @@ def expected_gust_responses(model: AerodynamicModel) -> dict[str, GustResponse]:
             float(np.hypot(GUST_RESPONSE.share * _size(coefficient, model), by_lever)),
         )
     return found
+
+
+def expected_rotary_responses(model: AerodynamicModel) -> dict[str, GustResponse]:
+    """The a-priori response of each moment of a declared model to the rotary gust that its vane shows."""
+    share = GUST_RESPONSE.share
+    values = {name: (entry, model.value(entry)) for name, entry in BY_RATE.items() if entry in model.places}
+    return {
+        name: GustResponse({entry: (share, value)}, share * abs(value))
+        for name, (entry, value) in values.items()
+        if value != 0.0
+    }
 
 
 def _size(coefficient: str, model: AerodynamicModel) -> float:

@@ -27,6 +27,7 @@ from aerosid.equation_error.equations.complementary_filter import blended, witho
 from aerosid.equation_error.equations.derived_forces import with_derived_forces
 from aerosid.equation_error.equations.inertial_path import aligned, inertial_path
 from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.rotary_gust import rotary_gust
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
 from aerosid.equation_error.equations.sensors import as_read, bias, position
 from aerosid.equation_error.equations.sideslip_path import (
@@ -40,7 +41,7 @@ from aerosid.equation_error.equations.term_series import MotionSeries
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.motion_loop import added_along, slope_of
 from aerosid.flight_model.aerodynamics import AerodynamicModel
-from aerosid.flight_model.constants import GRAVITY
+from aerosid.flight_model.constants import GRAVITY, Constants
 from aerosid.flight_model.flight import Flight
 from aerosid.flight_model.motion_laws import factor_places, offsets_of_unit_size, rate_up_to_now
 from aerosid.flight_model.vane import alpha_at_centre
@@ -98,6 +99,24 @@ class Motion:
     def gusts_in_rates(self) -> Mapping[str, Array]:
         """Difference of each vane from its path as the derivatives of sampled rates show it, (N,)."""
         return {name: self.recording.in_rates(gust) if gust.any() else gust for name, gust in self.gusts.items()}
+
+    @cached_property
+    def _rotary_gusts(self) -> dict[str, Array]:
+        return {}
+
+    def rotary_gust(self, vane: str, constants: Constants) -> Array:
+        """The rotary gust that a vane shows as the derivatives of sampled rates show it, as q_hat or r_hat, (N,).
+
+        By the vane's difference from the path itself: that from the blend of both lacks gusts where it follows the
+        vane closely.
+        """
+        if vane not in self._rotary_gusts:
+            blend = {"alpha": self.alpha, "beta": self.beta}[vane]
+            difference = self.gusts[vane] + blend - self.path.get(vane, blend)
+            speed, interval = float(np.mean(self.V)), self.recording.interval
+            found = rotary_gust(difference, vane, speed, interval, constants)
+            self._rotary_gusts[vane] = self.recording.in_rates(found)
+        return self._rotary_gusts[vane]
 
     @cached_property
     def states(self) -> Array:

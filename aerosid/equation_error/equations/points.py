@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -23,7 +23,7 @@ from aerosid.equation_error.equations.channels import (
 from aerosid.equation_error.equations.coefficient import CoefficientEquations
 from aerosid.equation_error.equations.derived_forces import is_derived, low_passed
 from aerosid.equation_error.equations.height_random_walk import height_random_walk
-from aerosid.equation_error.equations.instrumental_variables import instrumental_variables
+from aerosid.equation_error.equations.instrumental_variables import instrumental_variables, orthonormal
 from aerosid.equation_error.equations.integrated_noise import integral_modes
 from aerosid.equation_error.equations.kinematic import (
     Motion,
@@ -34,6 +34,7 @@ from aerosid.equation_error.equations.kinematic import (
 )
 from aerosid.equation_error.equations.mean_gust import airspeed_by_mean_gust
 from aerosid.equation_error.equations.recording import Recording
+from aerosid.equation_error.equations.rotary_gust import BY_GUST_IN_ROLL, ROTARY
 from aerosid.equation_error.equations.sensors import as_read, corrected
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.effect_columns import with_columns_of
@@ -47,8 +48,8 @@ Array = NDArray[np.float64]
 
 Unknown = tuple[object, ...]
 """Name of a column: ("constant" | "drift" | "bend", equation, recording), ("term", entry), ("one", entry, recording),
-("gust", equation), ("random_walk", equation, recording, mode) or ("effect", index of the effect, index of its
-parameter)."""
+("gust", equation), ("rotary_gust", equation), ("random_walk", equation, recording, mode) or ("effect", index of the
+effect, index of its parameter)."""
 
 CACHED_MOTIONS = 24
 """Numerical: cached motions of each record; a Gauss-Newton step over ten sensor parameters needs as many."""
@@ -110,6 +111,8 @@ class Segment:
         Low-frequency error modes of an integrated path in it, each of unit standard deviation.
     gust : ndarray, shape (n,), optional
         Difference of the vane of its plane from the flow angle of the terms; None where it is zero.
+    rotary_gust : ndarray, shape (n,), optional
+        Rotary gust of its plane by the vane, as q_hat or r_hat; None where it is left in the residual.
     drifts : bool
         Whether a line in time is fitted as well: a flow angle without a vane contains one.
     """
@@ -122,6 +125,7 @@ class Segment:
     floor: float
     instruments: Array | None = None
     gust: Array | None = None
+    rotary_gust: Array | None = None
     random_walk: Array | None = None
     drifts: bool = False
 
@@ -140,11 +144,17 @@ class Equations:
         kinds: Sequence[str],
         *,
         all_fitted: bool = False,
+        rotary_gusts: Collection[str] = (),
     ) -> None:
         self._recordings, self._settings = recordings, settings
+        self._rotary = {name: vane for name, vane in ROTARY.items() if vane in rotary_gusts}
         self._kinematic = any(kind in kinds for kind in KINEMATIC)
         self._coefficient = any(kind in kinds for kind in COEFFICIENT)
         self._fitted = [recording.fitted or all_fitted for recording in recordings]
+        # A side gust with a gradient along the flight has one across the span as well.
+        self._rolls = self._coefficient and ROTARY["C_n"] in rotary_gusts
+        fewer = replace(settings, laguerre_order=settings.regressor_order)
+        self._responses = instrumental_variables(recordings, fewer) if self._rolls else ()
         # Of kinematic equations alone.
         self._instruments = instrumental_variables(recordings, settings) if self._kinematic else ()
         self._excluded = [inconsistent_heading(each, settings) for each in recordings if self._kinematic]
@@ -189,6 +199,8 @@ class Equations:
             for index, name in enumerate(equations.names):
                 if gain := values.get(("gust", name), 0.0):
                     residuals[:, index] -= gain * _gust(name, recording, point.effects, motion)
+                if gain := values.get(("rotary_gust", name), 0.0):
+                    residuals[:, index] -= gain * motion.rotary_gust(self._rotary[name], point.model.constants)
             for index, name in enumerate(equations.names):
                 self._low_pass(recording, name, residuals[:, index : index + 1])
             filtered = recording.band(residuals)
@@ -213,11 +225,16 @@ class Equations:
         segments, index = [], 0
         for name, entries in touching.items():
             target, *slopes = filtered[:, index : index + 1 + len(entries)].T
-            gust = None
+            gust = rotary = None
             if motion.gusts[VANE_OF[name]].any():
                 gust = recording.band(_gust(name, recording, point.effects, motion))
+                if name in self._rotary:
+                    rotary = recording.band(motion.rotary_gust(self._rotary[name], point.model.constants))
             own = dict(zip(entries, slopes, strict=True))
-            segment = Segment(n, name, target, own, recording.from_middle, 0.0, gust=gust)
+            segment = Segment(n, name, target, own, recording.from_middle, 0.0, gust=gust, rotary_gust=rotary)
+            if self._rolls and name in BY_GUST_IN_ROLL and (responses := self._responses[n]) is not None:
+                known = [responses, *(each for each in (gust, rotary) if each is not None)]
+                segment = replace(segment, instruments=orthonormal(np.column_stack(known)))
             if name in random_walk:
                 segment = replace(segment, random_walk=random_walk[name], drifts=True)
             segments.append(segment)

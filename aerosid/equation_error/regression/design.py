@@ -199,6 +199,8 @@ def design_of(segments: Sequence[Segment], settings: EquationErrorSettings) -> D
             put(("drift", each.equation, each.recording), s, each.time)
         if each.gust is not None:
             put(("gust", each.equation), s, each.gust)
+        if each.rotary_gust is not None:
+            put(("rotary_gust", each.equation), s, each.rotary_gust)
         for entry, values in each.columns.items():
             which = value_of(entry, each.recording)
             put(which, s, values)
@@ -275,6 +277,14 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
         if basis is not None:
             out[design.rows(s)] = basis @ (basis.T @ white[design.rows(s)])
     return out
+
+
+def in_space_of_instruments(design: Design) -> Design:
+    """A design whose target and columns are projected on each segment's instruments, where it has any."""
+    if uses_no_instruments(design):
+        return design
+    rows = compared(design, design.target_and_columns, design.instruments)
+    return replace(design, target=rows[:, 0], columns=rows[:, 1:])
 
 
 def whitened_instruments(design: Design, weights: Weights) -> list[Array | None]:

@@ -45,13 +45,15 @@ class ExpectedValues:
         return 0.5 * float(beside @ beside)
 
 
-def gust_responses_among(responses: Mapping[str, GustResponse], unknowns: Sequence[Unknown]) -> ExpectedValues | None:
+def gust_responses_among(
+    responses: Mapping[Unknown, GustResponse], unknowns: Sequence[Unknown]
+) -> ExpectedValues | None:
     """A-priori responses of coefficients to gusts as relations between the unknowns of a regression; None without any.
 
-    `responses`: by coefficient.
+    `responses`: by the unknown of each.
     """
     places = {unknown: p for p, unknown in enumerate(unknowns)}
-    expected = {places["gust", name]: each for name, each in responses.items() if ("gust", name) in places}
+    expected = {places[unknown]: each for unknown, each in responses.items() if unknown in places}
     if not expected:
         return None
     rows, values = np.zeros((len(expected), len(unknowns))), np.zeros(len(expected))

@@ -14,7 +14,7 @@ from aerosid.equation_error.equations.gust_response import GustResponse
 from aerosid.equation_error.equations.points import Equations, Point, Segment, Unknown
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.declared_values import DeclaredValues
-from aerosid.equation_error.regression.design import Design, design_of
+from aerosid.equation_error.regression.design import Design, design_of, uses_no_instruments
 from aerosid.equation_error.regression.expected_values import gust_responses_among
 from aerosid.equation_error.regression.output_density import output_density
 from aerosid.equation_error.settings import EquationErrorSettings
@@ -29,6 +29,7 @@ class RegressionProblem:
 
     `all_fitted`: whether coefficients are regressed on the validation records too. `declared`: a-priori values of
     derivatives, with which estimates may disagree. `gust_responses`: a-priori responses of coefficients to gusts.
+    `rotary_gusts`: the vanes whose rotary gusts are regressors of the moments.
     `of_recorded_motion`: whether the likelihood is that of the recorded motion in place of the residuals.
     """
 
@@ -37,12 +38,15 @@ class RegressionProblem:
     settings: EquationErrorSettings
     all_fitted: bool = False
     declared: DeclaredValues | None = None
-    gust_responses: Mapping[str, GustResponse] = field(default_factory=dict)
+    gust_responses: Mapping[Unknown, GustResponse] = field(default_factory=dict)
+    rotary_gusts: tuple[str, ...] = ()
     of_recorded_motion: bool = False
 
     @cached_property
     def _equations(self) -> Equations:
-        return Equations(self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted)
+        return Equations(
+            self.recordings, self.settings, self.kinds, all_fitted=self.all_fitted, rotary_gusts=self.rotary_gusts
+        )
 
     def acting(self, point: Point) -> Point:
         """The point without effects of records whose coefficients are not compared: they are not identifiable here."""
@@ -72,7 +76,9 @@ class RegressionProblem:
         return replace(design, declared=declared, expected=gust_responses_among(self.gust_responses, design.unknowns))
 
     def _with_density(self, design: Design, point: Point) -> Design:
-        if not self.of_recorded_motion:
+        # In the space of instruments the residuals have no density of the whole motion, and need none: it corrects
+        # what the correlation of disturbance and regressor does to least squares.
+        if not self.of_recorded_motion or not uses_no_instruments(design):
             return design
         samples = {index: design.rows(s).stop - design.rows(s).start for s, (index, _) in enumerate(design.segments)}
         model = acting_model(point.model, point.effects)

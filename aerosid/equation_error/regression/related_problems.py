@@ -6,8 +6,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.equations.gust_response import expected_gust_responses
-from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.equations.gust_response import (
+    GustResponse,
+    expected_gust_responses,
+    expected_rotary_responses,
+)
+from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.design import Weights
@@ -21,7 +25,9 @@ def coefficients_of_all(
     recordings: tuple[Recording, ...], settings: EquationErrorSettings, declared: AerodynamicModel
 ) -> RegressionProblem:
     """The coefficient equations of all records, with the responses to gusts that a declared model lets expect."""
-    responses = expected_gust_responses(declared)
+    by_flow, by_rate = expected_gust_responses(declared), expected_rotary_responses(declared)
+    responses: dict[Unknown, GustResponse] = {("gust", name): each for name, each in by_flow.items()}
+    responses |= {("rotary_gust", name): each for name, each in by_rate.items()}
     return RegressionProblem(recordings, COEFFICIENT, settings, all_fitted=True, gust_responses=responses)
 
 

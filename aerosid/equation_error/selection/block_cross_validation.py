@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.design import Design
+from aerosid.equation_error.regression.design import Design, compared, in_space_of_instruments
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.inverse_information import inverse_of_shown
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
@@ -86,12 +86,15 @@ def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResid
     """Prediction residual of each coefficient of every block from the rest of the records, by block and coefficient.
 
     Constants are fitted in the block, and the response to the vane's difference from the inertial path is removed.
+    Equations that are compared by instrumental variables are predicted in their space.
     """
-    design, solution, settings = found.design, found.solution, found.problem.settings
+    design, solution, settings = in_space_of_instruments(found.design), found.solution, found.problem.settings
+    residuals = compared(design, solution.residuals[:, None], design.instruments)[:, 0]
     bread = np.diag(solution.covariance)
     scale = np.sqrt(np.diag(corrected_covariance(design, solution)) / np.maximum(bread, 1e-300))
     information, _ = design.normal_equations(solution.slopes, solution.whitened)
-    free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in ("one", "drift", "gust")]
+    own_to_block = ("one", "drift", "gust", "rotary_gust")
+    free = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in own_to_block]
     retained = [p for p in range(len(design.unknowns)) if p not in set(free)]
     result: dict[tuple[int, str], PredictionResidual] = {}
     for number, block in enumerate(blocks):
@@ -102,7 +105,7 @@ def block_residuals(found: Estimate, blocks: Sequence[Block]) -> PredictionResid
         covariance = covariance * np.outer(scale, scale)
         for equation, rows in inside.items():
             columns = design.columns[rows]
-            residual = solution.residuals[rows] - columns @ change
+            residual = residuals[rows] - columns @ change
             own = columns[:, free]
             residual, tilted = without_constants(residual, columns[:, retained], own)
             measured, own_covariance = design.target[rows], covariance[np.ix_(retained, retained)]

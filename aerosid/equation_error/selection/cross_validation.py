@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.channels import COEFFICIENT
-from aerosid.equation_error.regression.design import design_of
+from aerosid.equation_error.regression.design import design_of, in_space_of_instruments
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
@@ -96,14 +96,16 @@ def prediction_residuals(
     """Prediction residuals of each coefficient of every record with given estimates.
 
     `gusts`: whether the response to the vane's difference from the inertial path is left in the residual, which no
-    model could predict. `steps`: level shifts, fitted like constants because they belong to one record.
+    model could predict. That to the rotary gust is always removed, where it is a regressor, and what instrumental
+    variables leave out: of models that leave them in, the one of too small derivatives would predict best. `steps`:
+    level shifts, fitted like constants because they belong to one record.
     """
-    design = design_of(problem.segments(found.point), problem.settings)
+    design = in_space_of_instruments(design_of(problem.segments(found.point), problem.settings))
     known = [u for u in found.design.unknowns if u[0] == "term" and u in design.unknowns]
     rows_of = [found.design.unknowns.index(unknown) for unknown in known]
     terms = [design.unknowns.index(unknown) for unknown in known]
     covariance = corrected_covariance(found.design, found.solution)[np.ix_(rows_of, rows_of)]
-    free = ("one", "drift") if gusts else ("one", "drift", "gust")
+    free = ("one", "drift", "rotary_gust", *(() if gusts else ("gust",)))
     own = [p for p, unknown in enumerate(design.unknowns) if unknown[0] in free]
     random_walk = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "random_walk"]
     result = {}

@@ -200,7 +200,7 @@ def _exogenous(found: Estimate) -> list[int]:
             return isinstance(found.point.effects[int(str(unknown[1]))].effect, InputEffect)
         if unknown[0] == "term":
             return all(is_control(name) for name in unknown[1][1].variables)  # type: ignore[index]
-        return unknown[0] in ("one", "drift", "gust")
+        return unknown[0] in ("one", "drift", "gust", "rotary_gust")
 
     return [p for p, unknown in enumerate(found.design.unknowns) if is_exogenous(unknown)]
 

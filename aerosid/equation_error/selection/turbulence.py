@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.equation_error.equations.gust_response import derivative_by_flow_angle
+from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.signals.autoregression import correlation_time, independent_squares
@@ -66,7 +67,7 @@ def may_be_turbulent(found: Estimate) -> bool:
     found : Estimate
         Of the coefficient equations.
     """
-    responses = (_response(sensors.force, found) for sensors in GUST_SENSORS)
+    responses = (force_response(sensors.force, found) for sensors in GUST_SENSORS)
     least = found.problem.settings.gust_possible
     return any(each is not None and each[0] > least * each[1] for each in responses)
 
@@ -88,15 +89,11 @@ def gust_fraction(kinematic: Estimate, vane: str) -> float:
 
 def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> Turbulence | None:
     """The turbulence along one axis; None where vane and force do not agree."""
-    design, responding = found.design, _response(sensors.force, found)
-    if responding is None:
+    design, settings = found.design, found.problem.settings
+    responding = force_response(sensors.force, found)
+    if responding is None or not is_gust(responding, settings.gust_certain, settings.gust_answer):
         return None
     response, error = responding
-    # Vane noise reduces the estimated response unless it is small compared with the gusts.
-    settings = found.problem.settings
-    margin = settings.gust_answer * error
-    if response < settings.gust_certain * error or not 0.5 - margin < response < 1.0 + margin:
-        return None
     winds: list[Array] = []
     memories: list[float] = []
     independent = 0.0
@@ -115,11 +112,30 @@ def _along_axis(sensors: GustSensors, kinematic: Estimate, found: Estimate) -> T
     return Turbulence(sensors.kind, sigma, error_of_sigma, float(np.median(memories)), response, error)
 
 
-def _response(force: str, found: Estimate) -> tuple[float, float] | None:
+def is_gust(response: tuple[float, float], least: float, margin: float) -> bool:
+    """Whether a response over its derivative, with its standard error, is one to gusts and not to noise.
+
+    Vane noise reduces the estimated response unless it is small compared with the gusts.
+
+    Parameters
+    ----------
+    least, margin : float
+        Least t-ratio, and standard deviations from a half to one within which the response must lie, 1.
+    """
+    value, error = response
+    return value >= least * error and 0.5 - margin * error < value < 1.0 + margin * error
+
+
+def force_response(force: str, found: Estimate) -> tuple[float, float] | None:
     """Response of a force to its vane's gusts over its derivative, 1, and its standard error; None without a vane."""
-    design, slope = found.design, derivative_by_flow_angle(force, found.point.model)
-    if slope == 0.0 or ("gust", force) not in design.unknowns:
+    return response_of(("gust", force), derivative_by_flow_angle(force, found.point.model), found)
+
+
+def response_of(unknown: Unknown, derivative: float, found: Estimate) -> tuple[float, float] | None:
+    """An unknown's estimate over a derivative, 1, and its standard error; None without either."""
+    design = found.design
+    if derivative == 0.0 or unknown not in design.unknowns:
         return None
-    index = design.unknowns.index(("gust", force))
-    error = float(np.sqrt(corrected_covariance(design, found.solution)[index, index])) / abs(slope)
-    return float(found.solution.values[index]) / slope, error
+    index = design.unknowns.index(unknown)
+    error = float(np.sqrt(corrected_covariance(design, found.solution)[index, index])) / abs(derivative)
+    return float(found.solution.values[index]) / derivative, error
