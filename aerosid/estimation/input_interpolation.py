@@ -41,6 +41,9 @@ class InterpolationSettings:
         Least part, 1, of all a control's movements that are steps. Chosen.
     fewest : int
         Steps without which nothing is decided: one alone does not tell a held input from a late one.
+    longest : float
+        Part of an interval, 1, in which a held surface may move. One that takes longer is as well linear: where a term
+        is missing the likeliest part was .8 and more (tests/search/test_candidate_terms.py). Chosen.
     gain : float
         Decrease of -2 ln L by which held inputs have to be likelier than linear ones, and than linear ones with a free
         time delay of each control. Chosen: from 270 to 1,800 where an independent simulator held them, -16 to -410
@@ -52,6 +55,7 @@ class InterpolationSettings:
     neighbour: float = 0.2
     stepped: float = 0.5
     fewest: int = 2
+    longest: float = 0.6
     gain: float = 10.0
 
 
@@ -122,6 +126,8 @@ def _likelier(
     held = _held(
         manoeuvre, controls, _lowest(0.5, half, quarter, linear.cost) if upper else _lowest(0.0, none, quarter, half)
     )
+    if held.flight.ramp > INTERPOLATION.longest:
+        return manoeuvre
     cost = fitted(held).cost
     if cost > linear.cost - INTERPOLATION.gain:
         return manoeuvre
