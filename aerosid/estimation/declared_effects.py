@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.effect_values import made_effect
-from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, frozen
+from aerosid.effects import ActiveEffect, InputEffect, OutputEffect, PositionEffect, frozen
+from aerosid.effects.kinds import UNIT
 from aerosid.effects.step_input import is_step_change
 from aerosid.errors import AircraftError
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -42,6 +43,11 @@ def declared_effects(
             raise AircraftError(
                 f"{key} acts on {made.where}, which is no channel that the simulation answers with, expected one of "
                 f"{', '.join(outputs)}; correct the channel map for it instead"
+            )
+        if isinstance(made, PositionEffect) and not any(map(made.moves, outputs)):
+            raise AircraftError(
+                f"{key} places {made.where}, which is no sensor of this model, expected one of {', '.join(outputs)}, "
+                f"or {UNIT} for all accelerometers together; correct or strike it"
             )
         if isinstance(made, InputEffect) and not made.column and made.where not in controls:
             raise AircraftError(

@@ -113,7 +113,7 @@ class IdentificationProblem:
 def _shown_by(agreement: KinematicConsistency) -> tuple[ShownError, ...]:
     """The instrument errors of a data compatibility check, and those that it cannot tell from them."""
     found = (*agreement.findings, *(each for group in agreement.inseparable for each in group[1:]))
-    return tuple(ShownError(each.kind, each.where, each.value, each.std_error) for each in found)
+    return tuple(ShownError(each.kind, each.where, each.axis, each.value, each.std_error) for each in found)
 
 
 def with_identified_instrument_errors(problem: IdentificationProblem, settings: LoopSettings) -> IdentificationProblem:

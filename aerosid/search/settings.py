@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from aerosid.effects import ActiveEffect, PositionEffect
+
 
 @dataclass(frozen=True)
 class TrialSettings:
@@ -278,17 +280,22 @@ class DeclaredInertiaSettings:
 class ShownError:
     """An instrument error that kinematics show, without any aerodynamic model.
 
-    `kind`, `where`: as of an effect; `value`, `std_error`: of its leading parameter.
+    `kind`, `where`: as of an effect; `axis`: of a position, the first of its body axes; `value`, `std_error`: of its
+    leading parameter.
     """
 
     kind: str
     where: str
+    axis: str
     value: float
     std_error: float
 
-    def is_that_of(self, name: tuple[str, str], value: float, deviations: float) -> bool:
-        """Whether an effect of that name and value is this error, within so many standard errors."""
-        return (self.kind, self.where) == name and abs(value - self.value) <= deviations * self.std_error
+    def is_that_of(self, active: ActiveEffect, deviations: float) -> bool:
+        """Whether an effect is this error, its leading parameter within so many standard errors."""
+        effect = active.effect
+        axis = effect.axes[0] if isinstance(effect, PositionEffect) else ""
+        apart = abs(active.values[0] - self.value)
+        return (*active.name, axis) == (self.kind, self.where, self.axis) and apart <= deviations * self.std_error
 
 
 @dataclass(frozen=True)

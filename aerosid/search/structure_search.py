@@ -167,10 +167,9 @@ class StructureSearch:
 
     def is_shown_by_kinematics(self, part: Part) -> bool:
         """Whether a part is an instrument error that kinematics show, with the value that they give it."""
-        if part.active is None:
-            return False
-        name, deviations = part.active.name, self.settings.final_deviations
-        return any(each.is_that_of(name, part.value, deviations) for each in self.settings.shown_by_kinematics)
+        active, deviations = part.active, self.settings.final_deviations
+        shown = self.settings.shown_by_kinematics
+        return active is not None and any(each.is_that_of(active, deviations) for each in shown)
 
     def groups(self, current: Refinement) -> list[list[Part]]:
         """The added parts; step changes of one record at about the same instant form one group."""

@@ -12,9 +12,13 @@ from numpy.testing import assert_allclose
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.effects import KINDS, ActiveEffect, frozen
 from aerosid.equation_error.equations.gust_response import expected_rotary_responses
 from aerosid.equation_error.equations.rotary_gust import rotary_gust
-from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
+from aerosid.equation_error.regression.least_squares import solve
+from aerosid.equation_error.selection.control_dependence import control_dependence
+from aerosid.equation_error.selection.joint_time_delays import information_on
 from aerosid.equation_error.selection.rotary_gusts import with_rotary_gusts
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -100,6 +104,41 @@ def test_rolling_moments_are_compared_by_instruments_where_yaw_shows_rotary_gust
         assert off < 0.5 * before
     calm = with_rotary_gusts(declared(*side_pair(9300, rotary=False)))
     assert calm.problem.rotary_gusts == ()
+
+
+@pytest.mark.parametrize("seed", [41010, 41020, 41060])
+def test_where_instruments_compare_a_moment_its_residual_is_tested_in_their_space(seed: int) -> None:
+    """Nothing is missing; with the residual itself C_l of seed 41020 depended on the controls with p = 4e-8."""
+    found = with_rotary_gusts(declared(*side_pair(seed, rotary=True)))
+    names = [equation for _, equation in found.design.segments]
+    assert found.design.instruments[names.index("C_l")] is not None
+    assert min(row.p_value for row in control_dependence(found)) > 1e-3
+
+
+@pytest.mark.parametrize("where", ["beta", "p"])
+def test_where_instruments_compare_a_moment_a_delay_is_led_to_the_maximum_of_its_likelihood(where: str) -> None:
+    """By the score and the information of its column, the linear unknowns eliminated; ln L by whole estimates."""
+    found = with_rotary_gusts(declared(*side_pair(9300, rotary=True)))
+    late, place = KINDS["sensor_delay"].made(where, {"delay": 0.02}, 0.02), len(found.point.effects)
+
+    def at(delay: float) -> Estimate:
+        effects = (*found.point.effects, frozen(ActiveEffect(late, (delay,))))
+        return estimate(found.problem, found.point.with_effects(effects), found.solution.weights, steps=0)
+
+    def likelihood(delay: float) -> float:
+        return solve(at(delay).design, found.solution.weights).log_likelihood
+
+    delay, std_error = 0.02, np.inf
+    for _ in range(8):
+        here = at(delay)
+        free = here.point.with_effects((*found.point.effects, ActiveEffect(late, (delay,))))
+        columns = effect_sensitivities(here.problem, linear_values(here.design, here.solution), free, [(place, 0)])
+        information, score = information_on(here, columns)
+        delay, std_error = delay + float(score[0] / information[0, 0]), float(information[0, 0] ** -0.5)
+    tried = delay + std_error * np.linspace(-1.0, 1.0, 9)
+    highest = tried[int(np.argmax([likelihood(value) for value in tried]))]
+    # Half is left by the ends of the colour; with rows that no instrument compares it was more than one.
+    assert abs(highest - delay) < 0.6 * std_error
 
 
 def clean_pair(plane: str, n: int) -> tuple[Aircraft, list[FlightLog], dict[tuple[str, str], float]]:

@@ -73,6 +73,10 @@ def test_values_are_held_and_step_changes_act_on_their_log() -> None:
     [
         ('kind = "step_change"\nwhere = "C_m"\nvalue = 0.01', [r"effects[1] (step_change) lacks time", "time = ..."]),
         ('kind = "sensor_bias"\nwhere = "beta"\nvalue = 0.01', ["effects[1] (sensor_bias)", "beta", "alpha"]),
+        (
+            'kind = "sensor_position"\nwhere = "acelerometers"\nparameters = { x = { value = 1.0 } }',
+            ["effects[1] (sensor_position)", "acelerometers, which is no sensor", "accelerometers for all"],
+        ),
         ('kind = "control_lag"\nwhere = "delta_h"\nvalue = 0.1', ["delta_h, which no declared term uses", "delta_e"]),
         ('kind = "gust"\nvalue = 1.0', ["effects[1] (gust) lacks length"]),
         ('kind = "control_delay"\nwhere = "delta_e"\nvalue = 1e9', ["delay = 1e+09 s, expected from 0 to", "its unit"]),

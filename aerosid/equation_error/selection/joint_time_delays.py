@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.design import compared, whiten, whitened_instruments
 from aerosid.equation_error.regression.estimate import (
     Estimate,
     effect_sensitivities,
@@ -254,7 +254,7 @@ def likeliest_delay_kinds(
     ) -> _DelayModel:
         initial = kinematic_delays(selected.estimate)
         # The same errors are evaluated for each delayed channel.
-        name = tuple((f"{active.effect.kind} {active.effect.where}", active.values) for active in initial.effects)
+        name = tuple((" ".join(map(str, active.identity_at_any_values)), active.values) for active in initial.effects)
         if name not in cached:
             delays = joint_delays(selected.estimate, initial, _with_delays(declared, initial))
             cached[name] = delays, _with_delays(declared, delays).log_likelihood - delays.penalty
@@ -384,7 +384,8 @@ def information_on(found: Estimate, columns: Array) -> tuple[Array, Array]:
 
     It is reduced where the whitened residuals remain correlated, as for every other parameter.
     """
-    white = whiten(found.design, columns, found.solution.weights)
+    design, weights = found.design, found.solution.weights
+    white = compared(design, whiten(design, columns, weights), whitened_instruments(design, weights))
     own = white - found.solution.slopes @ (found.solution.covariance @ (found.solution.slopes.T @ white))
     information, score = own.T @ own, own.T @ found.solution.whitened
     meat = covariance_of_scores(found.design, own * found.solution.whitened[:, None])
