@@ -35,7 +35,6 @@ from aerosid.equation_error.selection.structure import (
     structure_without,
 )
 from aerosid.equation_error.selection.wald_tests import least_significant
-from aerosid.flight_model.axes import ACCELEROMETERS
 
 Array = NDArray[np.float64]
 
@@ -44,6 +43,9 @@ DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
 
 STEPS = 6
 """Numerical: Gauss-Newton steps at most."""
+
+SIDEWAYS = "a_y"
+"""Standard: the accelerometer out of the plane of symmetry, alone or in a unit."""
 
 HALVINGS = 4
 """Numerical: times that a step is halved before the search ends at the current point."""
@@ -130,14 +132,14 @@ def joint_delays(identified: Estimate, initial: JointDelays, found: Estimate) ->
 
 
 def is_estimated_jointly(active: ActiveEffect) -> bool:
-    """Whether an instrument error is estimated from both kinds of equations: a time delay, an accelerometer's position.
+    """Whether an instrument error is estimated from both kinds of equations: a time delay, or a place that a_y shows.
 
     Kinematics show the distance of an accelerometer from a vane in the integral of what it reads, and forces in that
-    itself: of a unit 0.3 m below its declared place the latter are twenty times as accurate.
+    itself: of a unit 0.3 m below its declared place the latter are twenty times as accurate. In pitch alone they are
+    not heard: a_z reads the pitching acceleration, which C_m makes of the variables that C_Z is made of.
     """
     effect = active.effect
-    placed = isinstance(effect, PositionEffect) and any(map(effect.moves, ACCELEROMETERS))
-    return effect.kind in DELAY_KINDS or placed
+    return effect.kind in DELAY_KINDS or (isinstance(effect, PositionEffect) and effect.moves(SIDEWAYS))
 
 
 class JointGain(NamedTuple):
