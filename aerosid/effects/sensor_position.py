@@ -99,7 +99,7 @@ FAMILY = Family(
         Kind(
             "sensor_position",
             "channel",
-            "the position of {where} is in error",
+            "the sensor position of {where} is in error",
             _made,
             (
                 Planted("alpha", {"position": 6.0}),

@@ -34,7 +34,7 @@ def test_an_alternative_at_two_instants_is_listed_once_at_the_likelier() -> None
 
 @pytest.mark.parametrize("axes", ["z", "xz"])
 def test_a_position_is_named_with_its_axes(axes: str) -> None:
-    """The equations named them, the likelihood did not: `the position of beta is in error`."""
+    """The equations named them, the likelihood did not: `the sensor position of beta is in error`."""
     active = ActiveEffect(sensor_place("beta", axes), (-1.3, 0.4)[: len(axes)])
     found = finding_among(Part(None, active, -1.3, 0.0, 0.1, (0.1, 0.1)[: len(axes)]), tested=20, gain=160.0)
     assert found.along == axes
