@@ -120,7 +120,10 @@ def _likelier(
             settings=WRONG_STRUCTURE,
         )
 
-    none, half = (fitted(_held(manoeuvre, controls, ramp)).cost for ramp in (0.0, 0.5))
+    half = fitted(_held(manoeuvre, controls, 0.5)).cost
+    if half >= linear.cost:
+        return manoeuvre  # the parabola is lowest beyond three quarters, where a control is as well linear
+    none = fitted(_held(manoeuvre, controls, 0.0)).cost
     upper = linear.cost < none
     quarter = fitted(_held(manoeuvre, controls, 0.75 if upper else 0.25)).cost
     held = _held(
