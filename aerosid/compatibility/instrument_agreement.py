@@ -17,7 +17,8 @@ from aerosid.compatibility.agreement import (
     findings_sentence,
 )
 from aerosid.compatibility.settings import USUAL
-from aerosid.effects import ActiveEffect, PositionEffect
+from aerosid.effects import ActiveEffect
+from aerosid.effects.kinds import axes_of
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import gains_by_deletion
@@ -81,8 +82,9 @@ def _finding(
     effect, parameter = active.effect, active.effect.parameters[0]
     distance = abs(value - parameter.null) / std_error if std_error > 0.0 else np.inf
     chance = float(min(1.0, 2.0 * ndtr(-distance) * tested))
-    axis = effect.axes[0] if isinstance(effect, PositionEffect) else ""
-    return InstrumentFinding(kind, effect.where, axis, value, std_error, parameter.unit, chance, 2.0 * gain)
+    return InstrumentFinding(
+        kind, effect.where, axes_of(active)[:1], value, std_error, parameter.unit, chance, 2.0 * gain
+    )
 
 
 def _named_otherwise(

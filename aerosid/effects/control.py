@@ -131,7 +131,7 @@ def control_deadband(channel: str, max_excursion: float, noise: float = 0.0, at_
                 lowest=0.0,
                 highest=0.9 * max_excursion,
                 step=1e-4 * max_excursion,
-                least=OFFERED.least_band * max(noise, at_rest),
+                least=OFFERED.least_band * at_rest,
             ),
         ),
         lambda time, values, p: deadbanded(
@@ -150,11 +150,12 @@ def control_effects(
     max_excursion = float(np.max(np.abs(values - values[0])))
     if max_rate == 0.0 or max_excursion == 0.0:
         return ()
+    white = estimate_noise(time, values)
     return (
         control_lag(channel),
         control_delay(channel, earliest, least),
         control_rate_limit(channel, max_rate, max_excursion, _movement_length(time, values)),
-        control_deadband(channel, max_excursion, estimate_noise(time, values), noise_at_rest(time, values)),
+        control_deadband(channel, max_excursion, white, noise_at_rest(time, values, white)),
     )
 
 

@@ -249,8 +249,12 @@ class ActiveEffect:
     @property
     def identity_at_any_values(self) -> tuple[object, ...]:
         """What tells the effect from others of its structure, the values left out."""
-        effect = self.effect
-        return *self.key, getattr(effect, "axes", ""), getattr(effect, "comes_first", False)
+        return *self.key, axes_of(self), getattr(self.effect, "comes_first", False)
+
+
+def axes_of(active: ActiveEffect | None) -> str:
+    """The body axes of a sensor position; empty of any other effect, or of none."""
+    return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
 def with_numbers(effects: Iterable[ActiveEffect], numbers: Iterable[tuple[float, ...]]) -> tuple[ActiveEffect, ...]:

@@ -77,7 +77,7 @@ def identified_by_equations(
     hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
     calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
     dependence = _dependence(decision) if hidden else None
-    still = not (decision.turbulence or may_be_turbulent(decision.completed))
+    still = hidden and not (decision.turbulence or may_be_turbulent(decision.completed))
 
     def finished(found: Attribution) -> Attribution:
         found = with_turbulence_innovations(found, search)

@@ -16,6 +16,7 @@ from scipy.special import ndtr
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import axes_of
 from aerosid.effects.step_input import instant_if_step, rise_of
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
@@ -34,7 +35,7 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.search.attribution import Attribution
 from aerosid.search.coefficient_predictions import CoefficientPredictions
-from aerosid.search.findings import Finding, Parameters, axes_of, log_of_step, named, parameters_of
+from aerosid.search.findings import Finding, Parameters, log_of_step, named, parameters_of
 
 Array = NDArray[np.float64]
 

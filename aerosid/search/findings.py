@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import ndtr
 
-from aerosid.effects import KINDS, ActiveEffect, NoiseEffect, PositionEffect
+from aerosid.effects import KINDS, ActiveEffect, NoiseEffect
+from aerosid.effects.kinds import axes_of
 from aerosid.effects.step_input import instant_if_step, is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.flight_model.aerodynamics import Entry
@@ -153,11 +154,6 @@ def finding_among(part: Part, tested: int, gain: float, instead_of: str = "") ->
         parameters=part.parameters,
         along=axes_of(part.active),
     )
-
-
-def axes_of(active: ActiveEffect | None) -> str:
-    """The body axes of a sensor position; empty of any other effect, or of none."""
-    return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""
 
 
 def parameters_of(active: ActiveEffect, errors: Sequence[float]) -> Parameters:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aerosid.effects import ActiveEffect, PositionEffect
+from aerosid.effects import ActiveEffect
+from aerosid.effects.kinds import axes_of
 
 
 @dataclass(frozen=True)
@@ -292,10 +293,12 @@ class ShownError:
 
     def is_that_of(self, active: ActiveEffect, deviations: float) -> bool:
         """Whether an effect is this error, its leading parameter within so many standard errors."""
-        effect = active.effect
-        axis = effect.axes[0] if isinstance(effect, PositionEffect) else ""
         apart = abs(active.values[0] - self.value)
-        return (*active.name, axis) == (self.kind, self.where, self.axis) and apart <= deviations * self.std_error
+        return (*active.name, axes_of(active)[:1]) == (
+            self.kind,
+            self.where,
+            self.axis,
+        ) and apart <= deviations * self.std_error
 
 
 @dataclass(frozen=True)

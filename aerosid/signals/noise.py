@@ -259,13 +259,15 @@ def _quantum(samples: FloatArray, peak: float) -> float:
     return quantum if 2 * single > jumps.size else 0.0
 
 
-def noise_at_rest(time: FloatArray, values: FloatArray) -> float:
+def noise_at_rest(time: FloatArray, values: FloatArray, white: float) -> float:
     """The standard deviation of a channel's noise while the channel rests, coloured noise included, in its unit.
 
     Parameters
     ----------
     time, values : (N,) array
         As of `estimate_noise`.
+    white : float
+        What that estimates.
 
     Returns
     -------
@@ -273,7 +275,6 @@ def noise_at_rest(time: FloatArray, values: FloatArray) -> float:
         The lowest tenth of the standard deviations over windows of some seconds; no less than the white noise, and no
         more than a few times it, where the channel never rests.
     """
-    white = estimate_noise(time, values)
     samples = int(NOISE.rest / float(np.median(np.diff(time))))
     if samples < 2 or values.size < 2 * samples:
         return white

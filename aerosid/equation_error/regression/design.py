@@ -279,6 +279,11 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
     return out
 
 
+def compared_columns(design: Design, columns: Array, weights: Weights) -> Array:
+    """Further columns (R, K), whitened and compared as those of the design are: beside a solution's slopes."""
+    return compared(design, whiten(design, columns, weights), whitened_instruments(design, weights))
+
+
 def in_space_of_instruments(design: Design) -> Design:
     """A design whose target and columns are projected on each segment's instruments, where it has any."""
     if uses_no_instruments(design):

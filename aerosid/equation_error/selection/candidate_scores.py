@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import InputEffect
 from aerosid.equation_error.equations.points import Unknown
-from aerosid.equation_error.regression.design import compared, whiten, whitened_instruments
+from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.candidates import Candidate, distinct_name
 from aerosid.flight_model.aerodynamics import Entry
@@ -41,9 +41,7 @@ def score_candidates(base: Estimate, candidates: Sequence[Candidate]) -> Candida
     if not candidates:
         return CandidateScores(gains, own)
     stacked = np.column_stack([each.columns for each in candidates])
-    weights = base.solution.weights
-    bases = whitened_instruments(base.design, weights)
-    white = compared(base.design, whiten(base.design, stacked, weights), bases)
+    white = compared_columns(base.design, stacked, base.solution.weights)
     slopes, covariance = base.solution.slopes, base.solution.covariance
     products = slopes.T @ white
     innovations = base.solution.whitened

@@ -20,7 +20,7 @@ from scipy.special import fdtrc
 
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.instrumental_variables import TRENDS, responses_to_controls, trends_in_band
-from aerosid.equation_error.regression.design import compared, whiten, whitened_instruments
+from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.related_problems import fitted_alone
 
@@ -169,7 +169,7 @@ class _BesideStructure:
         rows = design.rows(segment)
         wide = np.zeros((design.target.size, columns.shape[1]))
         wide[rows] = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        white = compared(design, whiten(design, wide, solution.weights), whitened_instruments(design, solution.weights))
+        white = compared_columns(design, wide, solution.weights)
         along = solution.slopes.T @ white
         shares = solution.covariance @ along
         self._columns = wide[rows] - design.columns[rows] @ shares

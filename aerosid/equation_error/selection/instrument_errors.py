@@ -273,16 +273,15 @@ def is_off_aircraft(found: SelectedStructure, each: SelectedEffect, length: floa
 
     A position declared out there may be corrected, inwards.
     """
-    names = {active.name for active in each.hypothesis.effects if isinstance(active.effect, PositionEffect)}
+    names = {active.name for active in each.hypothesis.effects}
     effects, chord = found.estimate.point.effects, found.estimate.point.model.constants.mean_chord
-    moved = [a.effect for a in effects if isinstance(a.effect, PositionEffect) and a.name in names]
-    channels = {name for each in found.estimate.problem.recordings for name in each.channels}
-    for channel in sorted(name for name in channels if any(effect.moves(name) for effect in moved)):
-        farthest = farthest_place(channel, chord, length)
-        for recording in found.estimate.problem.recordings:
-            if channel in recording.channels:
+    placed = [a.effect for a in effects if isinstance(a.effect, PositionEffect) and a.name in names]
+    for recording in found.estimate.problem.recordings:
+        for channel in recording.channels:
+            if any(effect.moves(channel) for effect in placed):
                 declared = float(np.linalg.norm(recording.position(channel)))
-                if float(np.linalg.norm(position(recording, effects, channel))) > max(farthest, declared):
+                distance = float(np.linalg.norm(position(recording, effects, channel)))
+                if distance > max(farthest_place(channel, chord, length), declared):
                     return True
     return False
 

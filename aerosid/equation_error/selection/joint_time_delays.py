@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, PositionEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.channels import MEASURED_BY
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.design import compared, whiten, whitened_instruments
+from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import (
     Estimate,
     effect_sensitivities,
@@ -43,9 +44,6 @@ DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
 
 STEPS = 6
 """Numerical: Gauss-Newton steps at most."""
-
-SIDEWAYS = "a_y"
-"""Standard: the accelerometer out of the plane of symmetry, alone or in a unit."""
 
 HALVINGS = 4
 """Numerical: times that a step is halved before the search ends at the current point."""
@@ -139,7 +137,7 @@ def is_estimated_jointly(active: ActiveEffect) -> bool:
     not heard: a_z reads the pitching acceleration, which C_m makes of the variables that C_Z is made of.
     """
     effect = active.effect
-    return effect.kind in DELAY_KINDS or (isinstance(effect, PositionEffect) and effect.moves(SIDEWAYS))
+    return effect.kind in DELAY_KINDS or (isinstance(effect, PositionEffect) and effect.moves(MEASURED_BY["C_Y"]))
 
 
 class JointGain(NamedTuple):
@@ -249,14 +247,14 @@ def likeliest_delay_kinds(
     sensors : sequence of Hypothesis
         Instrument errors that may replace one another.
     """
-    cached: dict[tuple[tuple[str, tuple[float, ...]], ...], tuple[JointDelays, float]] = {}
+    cached: dict[tuple[tuple[object, ...], ...], tuple[JointDelays, float]] = {}
 
     def estimated(
         selected: SelectedStructure, hypothesis: Hypothesis, gain: float, deficit: float = 0.0
     ) -> _DelayModel:
         initial = kinematic_delays(selected.estimate)
         # The same errors are evaluated for each delayed channel.
-        name = tuple((" ".join(map(str, active.identity_at_any_values)), active.values) for active in initial.effects)
+        name = tuple(active.identity for active in initial.effects)
         if name not in cached:
             delays = joint_delays(selected.estimate, initial, _with_delays(declared, initial))
             cached[name] = delays, _with_delays(declared, delays).log_likelihood - delays.penalty
@@ -386,8 +384,7 @@ def information_on(found: Estimate, columns: Array) -> tuple[Array, Array]:
 
     It is reduced where the whitened residuals remain correlated, as for every other parameter.
     """
-    design, weights = found.design, found.solution.weights
-    white = compared(design, whiten(design, columns, weights), whitened_instruments(design, weights))
+    white = compared_columns(found.design, columns, found.solution.weights)
     own = white - found.solution.slopes @ (found.solution.covariance @ (found.solution.slopes.T @ white))
     information, score = own.T @ own, own.T @ found.solution.whitened
     meat = covariance_of_scores(found.design, own * found.solution.whitened[:, None])

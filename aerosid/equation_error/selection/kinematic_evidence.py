@@ -100,8 +100,7 @@ def needs_no_support(hypothesis: Hypothesis, axes: Axes) -> bool:
     In pitch alone a position of an accelerometer is told from a late vane by little else than kinematics.
     """
     is_along_one_axis = hypothesis.parameters == 1 and _is_position_of_accelerometer(hypothesis)
-    is_along_one_axis = is_along_one_axis and axes != LONGITUDINAL
-    return affects_all_coefficients(hypothesis) or is_along_one_axis
+    return affects_all_coefficients(hypothesis) or (is_along_one_axis and axes != LONGITUDINAL)
 
 
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:

@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aerosid.effects import ActiveEffect, PositionEffect
+from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.kinds import axes_of
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import (
     Alternative,
@@ -175,15 +176,14 @@ def _place_of(
     if any(channel in each.manoeuvre.log.positions for each in identified.estimate.problem.recordings):
         return None
     for hypothesis in hypotheses:
-        if hypothesis.kind != "sensor_position" or hypothesis.where != channel or _axes_of(hypothesis) != AHEAD:
+        if (
+            hypothesis.kind != "sensor_position"
+            or hypothesis.where != channel
+            or axes_of(hypothesis.effects[0]) != AHEAD
+        ):
             continue
         chosen = [each.hypothesis for each in (*identified.chosen, *structure.chosen)]
         shared = any(share_a_distance(hypothesis, other) for other in chosen)
         given = any(active.name == (hypothesis.kind, channel) for active in structure.estimate.point.effects)
         return None if shared or given else hypothesis
     return None
-
-
-def _axes_of(hypothesis: Hypothesis) -> str:
-    effect = hypothesis.effects[0].effect
-    return effect.axes if isinstance(effect, PositionEffect) else ""
