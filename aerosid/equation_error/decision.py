@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refuted
-from aerosid.equation_error.joint_selection import DelaySelection, selected_jointly
+from aerosid.equation_error.joint_selection import ErrorsAndStructure, selected_jointly
 from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import (
@@ -40,11 +40,7 @@ from aerosid.equation_error.selection.instrument_errors import (
     on_identification_records,
     with_instrument_errors,
 )
-from aerosid.equation_error.selection.joint_time_delays import (
-    DelayDiscrepancy,
-    JointDelays,
-    delay_discrepancies,
-)
+from aerosid.equation_error.selection.joint_errors import JointErrors
 from aerosid.equation_error.selection.level_shifts import shifts_by_record, shifts_of_further
 from aerosid.equation_error.selection.model_averaging import OmittedEffects, averaged_covariance
 from aerosid.equation_error.selection.near_significant import (
@@ -64,6 +60,7 @@ from aerosid.equation_error.selection.regressor_errors import (
 )
 from aerosid.equation_error.selection.replication import replicated_effects
 from aerosid.equation_error.selection.structure import SelectedStructure, structure_without
+from aerosid.equation_error.selection.time_delays import DelayDiscrepancy, delay_discrepancies
 from aerosid.equation_error.selection.turbulence import Turbulence, gust_fraction, turbulence_of
 from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import (
@@ -174,7 +171,7 @@ def decide(
     settings = errors.selected.estimate.problem.settings
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
     joint = selected_jointly(errors, errors.selected, tuple(coefficients), values)
-    identified, other_delays, search, outcome, vane = joint
+    identified, of_both, search, outcome, vane = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     accepted, refuted = _accepted_structure(identified, search, outcome)
     structure, on_fitted, regressed, completed, covariance, biased = accepted
@@ -187,10 +184,10 @@ def decide(
     gains = {each.hypothesis.label: each.gain for each in joint.instrument_errors}
     gains |= {**gains_by_deletion(identified), **_gains_with_evidence(structure, jointly, evidence)}
     findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
-    other_delays = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in other_delays)
+    of_both = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in of_both)
     # Effects that were selected, by either or both kinds of equations, or refuted by a validation record are none.
-    excluded = {*refuted, *gains, *(row.hypothesis.label for row in other_delays)}
-    alternatives = (*other_delays, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
+    excluded = {*refuted, *gains, *(row.hypothesis.label for row in of_both)}
+    alternatives = (*of_both, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
     before = _declared_alike(estimate(replace(fitted_estimate.problem, of_recorded_motion=False), start), biased)
     level_shifts = _level_shifts(structure, fitted_estimate, search, further)
     fits = functools.partial(fits_with_shifts, as_compared(fitted_estimate.problem), level_shifts)
@@ -215,7 +212,7 @@ def decide(
         hypothesis_count=len(hypotheses),
         refuted=refuted,
         damping=damping_collinearity(reported, averaged),
-        delay_discrepancies=delay_discrepancies(kinematic, outcome.delays, settings.deviations),
+        delay_discrepancies=delay_discrepancies(kinematic, outcome.errors, settings.deviations),
         joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
         near_significant=tuple(with_validation_fits(row, after, fitted, fits) for row in omitted.near_significant),
         uncertain_scales=omitted.scales,
@@ -286,7 +283,7 @@ class _Accepted(NamedTuple):
 
 
 def _accepted_structure(
-    identified: SelectedStructure, search: CoefficientSearch, outcome: DelaySelection
+    identified: SelectedStructure, search: CoefficientSearch, outcome: ErrorsAndStructure
 ) -> tuple[_Accepted, Refuted]:
     """The structure without effects that instrument uncertainty could explain, and the labels of the refuted effects.
 
@@ -297,7 +294,7 @@ def _accepted_structure(
     structure, refuted = outcome.structure, outcome.refuted
     eliminated: tuple[Label, ...] = ()
     for _ in range(settings.rounds):
-        accepted = _significant(identified, search, outcome.delays, structure)
+        accepted = _significant(identified, search, outcome.errors, structure)
         removed = structure.labels_not_in(accepted.structure)
         if not removed:
             return accepted, refuted
@@ -309,11 +306,11 @@ def _accepted_structure(
             return accepted, refuted
         structure, refuted_now = eliminate_insignificant(search, grown)
         refuted = refuted | refuted_now
-    return _significant(identified, search, outcome.delays, structure), refuted
+    return _significant(identified, search, outcome.errors, structure), refuted
 
 
 def _significant(
-    identified: SelectedStructure, search: CoefficientSearch, delays: JointDelays, structure: SelectedStructure
+    identified: SelectedStructure, search: CoefficientSearch, errors: JointErrors, structure: SelectedStructure
 ) -> _Accepted:
     """The structure after backward elimination by t-ratios that include the uncertainty of the instrument errors."""
     while True:
@@ -321,7 +318,7 @@ def _significant(
         weights = weights_restricted_to(structure.estimate, search.fitted, point)
         on_fitted = converged(likelier_input_interpolation(estimate(search.fitted, point, weights)))
         fitted = SelectedStructure(on_fitted, structure.chosen)
-        regressed, covariance = _with_covariance(delays, fitted, structure)
+        regressed, covariance = _with_covariance(errors, fitted, structure)
         added = {entry for each in structure.chosen for entry in each.hypothesis.entries}
         biased = regressor_errors(fitted.estimate, added)
         covariance = with_regressor_errors(covariance, fitted.estimate, biased)
@@ -334,14 +331,14 @@ def _significant(
 
 
 def _with_covariance(
-    delays: JointDelays, on_fitted: SelectedStructure, structure: SelectedStructure
+    errors: JointErrors, on_fitted: SelectedStructure, structure: SelectedStructure
 ) -> tuple[Estimate, Array]:
     """The estimate with the instrument errors among its unknowns, and the covariance of all.
 
     An effect shown by a single event of the identification records keeps the standard error by block deletion, unless
     it would be eliminated by that alone and the validation records replicate it.
     """
-    completed, covariance = with_instrument_errors(delays, on_fitted.estimate)
+    completed, covariance = with_instrument_errors(errors, on_fitted.estimate)
     replicated = functools.partial(replicated_effects, selected=structure, fitted=on_fitted)
     confirmed = confirmed_unknowns(completed, covariance, structure.chosen, replicated)
-    return with_instrument_errors(delays, on_fitted.estimate, confirmed) if confirmed else (completed, covariance)
+    return with_instrument_errors(errors, on_fitted.estimate, confirmed) if confirmed else (completed, covariance)

@@ -1,4 +1,4 @@
-"""Structure selection by kinematics and coefficients together: time delays of instruments change both."""
+"""Structure selection by kinematics and coefficients together: some instrument errors change both."""
 
 from __future__ import annotations
 
@@ -19,14 +19,11 @@ from aerosid.equation_error.selection.candidates import distinct_name, is_instru
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.damping_collinearity import downwash_prior
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.equation_error.selection.joint_time_delays import (
-    JointDelays,
-    JointGain,
+from aerosid.equation_error.selection.joint_errors import (
+    JointErrors,
     is_within,
-    joint_delays,
-    joint_gain,
-    kinematic_delays,
-    likeliest_delay_kinds,
+    joint_errors,
+    kinematic_errors,
     with_errors_held,
 )
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
@@ -41,29 +38,30 @@ from aerosid.equation_error.selection.structure import (
     penalised_likelihood,
     structure_without,
 )
-from aerosid.equation_error.selection.vane_position import IdentifiedVane, estimate_of, likelier_places
+from aerosid.equation_error.selection.time_delays import JointGain, joint_gain, likeliest_delay_kinds
+from aerosid.equation_error.selection.vane_position import IdentifiedVane, likelier_places
 
 
 @dataclass(frozen=True)
-class DelaySelection:
-    """Time delays of instruments, the structure selected with them, and the refuted labels."""
+class ErrorsAndStructure:
+    """Instrument errors estimated jointly, the structure selected with them, and the refuted labels."""
 
-    delays: JointDelays
+    errors: JointErrors
     structure: SelectedStructure
     refuted: dict[Label, Refutation]
 
 
 class JointSelection(NamedTuple):
-    """Instrument errors, alternative models of time delays, the coefficient search and the selected structure.
+    """Instrument errors, their alternatives by both kinds of equations, the coefficient search and the structure.
 
     `vane`: the position of a vane that both kinds of equations show together. It is among the outcome's errors, and
     held among those of kinematics.
     """
 
     identified: SelectedStructure
-    other_delays: tuple[Alternative, ...]
+    alternatives: tuple[Alternative, ...]
     search: CoefficientSearch
-    outcome: DelaySelection
+    outcome: ErrorsAndStructure
     vane: IdentifiedVane | None = None
 
     @property
@@ -71,7 +69,7 @@ class JointSelection(NamedTuple):
         """Of both kinds of equations."""
         outcome = self.outcome
         coefficients = outcome.structure.estimate.log_likelihood
-        return self.identified.estimate.log_likelihood + coefficients - outcome.delays.penalty
+        return self.identified.estimate.log_likelihood + coefficients - outcome.errors.penalty
 
     @property
     def instrument_errors(self) -> tuple[SelectedEffect, ...]:
@@ -84,10 +82,10 @@ def selected_jointly(
 ) -> JointSelection:
     """The structure selected by both kinds of equations, with a vane beside its time delay where they show that."""
     alone = _selected(errors, identified, coefficients, values)
-    delays, structure, criterion = alone.outcome.delays, alone.outcome.structure, alone.search.criterion
-    worsens = functools.partial(alone.search.worsens_prediction, structure.estimate)
+    outcome, criterion = alone.outcome, alone.search.criterion
+    worsens = functools.partial(alone.search.worsens_prediction, outcome.structure.estimate)
     confirmed: list[tuple[float, JointSelection]] = []
-    begun_at = list(likelier_places(alone.identified, delays, structure, errors.hypotheses, criterion))
+    begun_at = list(likelier_places(alone.identified, outcome.errors, outcome.structure, errors.hypotheses, criterion))
     for begun in begun_at:
         if worsens(begun.coefficients):
             continue
@@ -103,14 +101,14 @@ def _with_vane(
     alone: JointSelection, placed: JointSelection, begun: PlacedVane, vane: PlacedVane, unplaced: tuple[str, ...]
 ) -> JointSelection:
     """A selection with a vane's position among its errors, and what was selected without it in its place."""
-    outcome = replace(placed.outcome, delays=vane.with_position_free())
+    outcome = replace(placed.outcome, errors=vane.with_position_free())
     named = set(outcome.structure.labels)
-    others = (*placed.other_delays, *(row for row in begun.alternatives if row.hypothesis.label not in named))
+    alternatives = (*placed.alternatives, *(row for row in begun.alternatives if row.hypothesis.label not in named))
     gain = vane.log_likelihood - alone.log_likelihood
     effect = SelectedEffect(vane.hypothesis, kinematic=False, gain=gain)
     instead = alone.outcome.structure.labels_not_in(outcome.structure)
-    found = IdentifiedVane(effect, *estimate_of(alone.outcome.delays, begun.timing), instead, unplaced)
-    return placed._replace(outcome=outcome, other_delays=others, vane=found)
+    found = IdentifiedVane(effect, *alone.outcome.errors.estimate_of(begun.timing), instead, unplaced)
+    return placed._replace(outcome=outcome, alternatives=alternatives, vane=found)
 
 
 def _selected_with(
@@ -126,13 +124,13 @@ def _selected_with(
         placed = _selected(errors, vane.identified, coefficients, values)
         outcome, before = placed.outcome, vane.position
         found = replace(
-            vane, identified=placed.identified, delays=outcome.delays, coefficients=outcome.structure.estimate
+            vane, identified=placed.identified, errors=outcome.errors, coefficients=outcome.structure.estimate
         )
         vane = likeliest_place(found)
         if abs(vane.position - before) <= vane.std_error:
             break
     structure = SelectedStructure(vane.coefficients, outcome.structure.chosen)
-    outcome = replace(outcome, delays=vane.delays, structure=structure)
+    outcome = replace(outcome, errors=vane.errors, structure=structure)
     return placed._replace(identified=vane.identified, outcome=outcome), vane
 
 
@@ -140,7 +138,7 @@ def _penalised(found: JointSelection, of_kinematics: SelectionCriterion) -> floa
     """Ln L of both kinds of equations less the penalties of all effects but a position held."""
     outcome = found.outcome
     kinematic = penalised_likelihood(found.identified, of_kinematics)
-    return kinematic + found.search.penalised_likelihood(outcome.structure) - outcome.delays.penalty
+    return kinematic + found.search.penalised_likelihood(outcome.structure) - outcome.errors.penalty
 
 
 def _selected(
@@ -159,28 +157,28 @@ def _selected(
     sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
     whole = coefficients_of_all(identified.estimate.problem.recordings, settings, start.model)
     declared = estimate(whole, with_errors_held(start, identified.estimate.point.effects))
-    likelier, other_delays = likeliest_delay_kinds(identified, declared, sensors)
+    likelier, other_kinds = likeliest_delay_kinds(identified, declared, sensors)
     if likelier is not identified:
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
     declared = likelier_vane_smoothing(likelier_input_interpolation(declared))
     declared = compared_with(values, with_rotary_gusts(declared))
     search = _coefficient_search(errors, identified, declared, coefficients)
-    outcome = _selected_with_delays(identified, declared, search, near)
+    outcome = _selected_with_errors(identified, declared, search, near)
     for each in identified.chosen:
-        joint = joint_gain(identified, each, outcome.delays, outcome.structure.estimate)
-        if joint is not None and _is_rejected(joint, search.criterion.penalty(each.hypothesis), outcome, search):
+        gain = joint_gain(identified, each, outcome.errors, outcome.structure.estimate)
+        if gain is not None and _is_rejected(gain, search.criterion.penalty(each.hypothesis), outcome, search):
             others = structure_without(identified, each)
-            near = SelectedStructure(joint.coefficients_without, outcome.structure.chosen)
+            near = SelectedStructure(gain.coefficients_without, outcome.structure.chosen)
             return _selected(errors, others, coefficients, values, near)
-    undeclared = slice(len(start.effects), len(outcome.delays.effects))
+    undeclared = slice(len(start.effects), len(outcome.errors.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     search, structure = resolve_lag_exchange(search, structure)
-    return JointSelection(identified, other_delays, search, replace(outcome, structure=structure, refuted=refuted))
+    return JointSelection(identified, other_kinds, search, replace(outcome, structure=structure, refuted=refuted))
 
 
-def _is_rejected(joint: JointGain, penalty: float, outcome: DelaySelection, search: CoefficientSearch) -> bool:
+def _is_rejected(gain: JointGain, penalty: float, outcome: ErrorsAndStructure, search: CoefficientSearch) -> bool:
     """Whether a time delay gains less than its penalty in both kinds of equations, or the coefficients refute it."""
-    return joint.total < penalty or search.refutes(joint.coefficients_without, outcome.structure.estimate, penalty)
+    return gain.total < penalty or search.refutes(gain.coefficients_without, outcome.structure.estimate, penalty)
 
 
 def _coefficient_search(
@@ -205,36 +203,36 @@ def _coefficient_search(
     return CoefficientSearch(candidates, coefficients, fitted, criterion, admitted)
 
 
-def _selected_with_delays(
+def _selected_with_errors(
     identified: SelectedStructure, declared: Estimate, search: CoefficientSearch, near: SelectedStructure | None
-) -> DelaySelection:
-    """The structure with the time delays of instruments estimated jointly from kinematics and coefficients.
+) -> ErrorsAndStructure:
+    """The structure with the instrument errors estimated jointly from kinematics and coefficients.
 
-    A wrong time delay biases the structure and a wrong structure biases the time delay: the search starts from the
-    delays of kinematics alone and from those that the declared structure prefers, and the outcome of higher penalised
-    likelihood is taken. `near`: a structure to start from in place of the declared one.
+    A wrong error biases the structure and a wrong structure biases the error: the search starts from the errors of
+    kinematics alone and from those that the declared structure prefers, and the outcome of higher penalised likelihood
+    is taken. `near`: a structure to start from in place of the declared one.
     """
     origin = SelectedStructure(declared, ()) if near is None else near
 
-    def at_delays(found: Estimate, delays: JointDelays) -> Estimate:
-        point = with_errors_held(found.point, delays.effects)
+    def at_errors(found: Estimate, errors: JointErrors) -> Estimate:
+        point = with_errors_held(found.point, errors.effects)
         return estimate(declared.problem, point, found.solution.weights)
 
-    def outcome(initial: JointDelays) -> DelaySelection:
-        start = SelectedStructure(at_delays(origin.estimate, initial), origin.chosen)
+    def outcome(initial: JointErrors) -> ErrorsAndStructure:
+        start = SelectedStructure(at_errors(origin.estimate, initial), origin.chosen)
         structure, refuted = select_structure(search, start)
-        delays = joint_delays(identified.estimate, initial, structure.estimate)
-        if delays is initial:
-            return DelaySelection(initial, structure, refuted)
-        at_joint = at_delays(structure.estimate, delays)
+        errors = joint_errors(identified.estimate, initial, structure.estimate)
+        if errors is initial:
+            return ErrorsAndStructure(initial, structure, refuted)
+        at_joint = at_errors(structure.estimate, errors)
         if search.worsens_prediction(structure.estimate, at_joint):
-            return DelaySelection(initial, structure, refuted)
-        return DelaySelection(delays, SelectedStructure(at_joint, structure.chosen), refuted)
+            return ErrorsAndStructure(initial, structure, refuted)
+        return ErrorsAndStructure(errors, SelectedStructure(at_joint, structure.chosen), refuted)
 
-    kinematic = kinematic_delays(identified.estimate)
-    joint = joint_delays(identified.estimate, kinematic, declared)
+    kinematic = kinematic_errors(identified.estimate)
+    joint = joint_errors(identified.estimate, kinematic, declared)
     if is_within(kinematic, joint, declared.problem.settings.deviations):
         return outcome(joint)
     found, other = both(lambda: outcome(joint), lambda: outcome(kinematic), [declared.problem])
-    best, alternative = (search.penalised_likelihood(each.structure) - each.delays.penalty for each in (found, other))
+    best, alternative = (search.penalised_likelihood(each.structure) - each.errors.penalty for each in (found, other))
     return other if alternative > best else found

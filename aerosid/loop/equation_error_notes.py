@@ -11,10 +11,10 @@ from aerosid.equation_error.equations.bridged_holes import channel_holes, has_pa
 from aerosid.equation_error.equations.channels import AIRSPEED
 from aerosid.equation_error.selection.control_dependence import DEPENDENCE, ControlDependence, dependent
 from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
-from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
+from aerosid.equation_error.selection.time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS

@@ -15,7 +15,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.joint_time_delays import with_errors_held
+from aerosid.equation_error.selection.joint_errors import with_errors_held
 from aerosid.equation_error.selection.model_averaging import averaged_covariance, probabilities, probability_of
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written

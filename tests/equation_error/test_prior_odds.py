@@ -15,7 +15,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.equation_error.selection.joint_time_delays import with_errors_held
+from aerosid.equation_error.selection.joint_errors import with_errors_held
 from aerosid.equation_error.selection.penalties import criterion_for
 from aerosid.equation_error.selection.prior_odds import (
     likelihood_losses,

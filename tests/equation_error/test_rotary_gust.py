@@ -17,8 +17,8 @@ from aerosid.equation_error.equations.gust_response import expected_rotary_respo
 from aerosid.equation_error.equations.rotary_gust import rotary_gust
 from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
 from aerosid.equation_error.regression.least_squares import solve
+from aerosid.equation_error.selection.coefficient_information import information_on
 from aerosid.equation_error.selection.control_dependence import control_dependence
-from aerosid.equation_error.selection.joint_time_delays import information_on
 from aerosid.equation_error.selection.rotary_gusts import with_rotary_gusts
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog

@@ -100,9 +100,9 @@ def test_the_second_order_of_the_line_predicts_the_likelihood_at_other_positions
     assert joint.vane is not None
     hypothesis = joint.vane.effect.hypothesis
     (timing,) = (each.hypothesis for each in joint.identified.chosen)
-    place = next(active for active in joint.outcome.delays.effects if active.name == ("sensor_position", "alpha"))
+    place = next(active for active in joint.outcome.errors.effects if active.name == ("sensor_position", "alpha"))
     begun = PlacedVane(
-        hypothesis, timing, 0.0, joint.identified, joint.outcome.delays, joint.outcome.structure.estimate
+        hypothesis, timing, 0.0, joint.identified, joint.outcome.errors, joint.outcome.structure.estimate
     )
     there = likeliest_place(begun.moved_to(place.values[0]))
     fall = there.log_likelihood - there.moved_to(there.position + 2.0 * there.std_error).log_likelihood
@@ -112,7 +112,7 @@ def test_the_second_order_of_the_line_predicts_the_likelihood_at_other_positions
     correlation = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
     assert -1.0 < correlation < -0.3
     moved = there.moved_to(there.position + 1.0)
-    slope = moved.delays.effects[0].values[0] - there.delays.effects[0].values[0]
+    slope = moved.errors.effects[0].values[0] - there.errors.effects[0].values[0]
     assert slope == pytest.approx(covariance[0, 1] / covariance[1, 1], rel=0.3)
 
 

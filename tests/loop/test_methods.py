@@ -7,9 +7,9 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor import sensor_bias, sensor_delay, sensor_lag
 from aerosid.effects.sensor_position import sensor_position
-from aerosid.equation_error.selection.joint_time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.structure import SelectedEffect
+from aerosid.equation_error.selection.time_delays import DelayDiscrepancy
 from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.loop.closed_loop import close_loop

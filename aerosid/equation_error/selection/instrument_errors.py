@@ -34,7 +34,7 @@ from aerosid.equation_error.selection.candidates import (
     with_plausible_limits,
 )
 from aerosid.equation_error.selection.instrument_error_choice import CoefficientCheck, choose_by_coefficients
-from aerosid.equation_error.selection.joint_time_delays import JointDelays, free_values
+from aerosid.equation_error.selection.joint_errors import JointErrors, free_values
 from aerosid.equation_error.selection.pairwise_selection import add_pair
 from aerosid.equation_error.selection.penalties import SelectionCriterion, criterion_for
 from aerosid.equation_error.selection.redundancy import share_a_distance
@@ -300,7 +300,7 @@ def on_identification_records(selected: SelectedStructure) -> SelectedStructure:
 
 
 def with_instrument_errors(
-    errors: JointDelays, found: Estimate, confirmed: Collection[Unknown] = ()
+    errors: JointErrors, found: Estimate, confirmed: Collection[Unknown] = ()
 ) -> tuple[Estimate, Array]:
     """The coefficients' estimate with the instrument errors among its unknowns, and the covariance of all.
 

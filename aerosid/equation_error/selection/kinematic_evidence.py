@@ -32,7 +32,7 @@ from aerosid.equation_error.selection.candidates import (
     with_hypothesis,
     within_limits,
 )
-from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Name
 from aerosid.equation_error.selection.redundancy import non_redundant
 from aerosid.equation_error.selection.structure import SelectedStructure

@@ -24,7 +24,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
 from aerosid.equation_error.selection.alternatives import Alternative
-from aerosid.equation_error.selection.joint_time_delays import with_errors_held
+from aerosid.equation_error.selection.joint_errors import with_errors_held
 from aerosid.equation_error.selection.near_significant import NearSignificant
 
 Array = NDArray[np.float64]

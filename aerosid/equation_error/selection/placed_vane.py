@@ -1,4 +1,4 @@
-"""A vane at an undeclared position, the time delays of instruments re-estimated beside it.
+"""A vane at an undeclared position, all other instrument errors re-estimated beside it.
 
 A vane x ahead of the centre of gravity reads alpha - x q/V, which in usual motion is alpha late by x/V: kinematics show
 the sum of the delay and x/V, and hardly either. Along that line the position is moved with the delays, and all other
@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.design import whiten
-from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
+from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import effect_candidates, with_hypothesis
-from aerosid.equation_error.selection.joint_time_delays import (
-    JointDelays,
+from aerosid.equation_error.selection.coefficient_information import information_on_effects
+from aerosid.equation_error.selection.joint_errors import (
+    JointErrors,
     free_values,
-    information_on,
-    is_estimated_jointly,
-    joint_delays,
-    kinematic_delays,
+    joint_errors,
+    jointly_estimated,
+    kinematic_errors,
     with_errors_held,
 )
 from aerosid.equation_error.selection.stepwise import recordings_agree
@@ -60,8 +60,8 @@ class PlacedVane:
         m ahead of the declared centre of gravity.
     identified : SelectedStructure
         The errors by kinematics with the vane held there.
-    delays : JointDelays
-        The same with the time delays estimated jointly.
+    errors : JointErrors
+        The same estimated jointly.
     coefficients : Estimate
         Of a structure of the coefficient equations, its first effects these errors.
     alternatives : tuple of Alternative
@@ -72,14 +72,14 @@ class PlacedVane:
     timing: Hypothesis
     position: float
     identified: SelectedStructure
-    delays: JointDelays
+    errors: JointErrors
     coefficients: Estimate
     alternatives: tuple[Alternative, ...] = ()
 
     @property
     def log_likelihood(self) -> float:
         """Of both kinds of equations."""
-        return self.identified.estimate.log_likelihood + self.coefficients.log_likelihood - self.delays.penalty
+        return self.identified.estimate.log_likelihood + self.coefficients.log_likelihood - self.errors.penalty
 
     def moved_to(self, position: float) -> PlacedVane:
         """The same structure with the vane at another position."""
@@ -89,29 +89,29 @@ class PlacedVane:
         identified = SelectedStructure(
             estimate(kinematic.problem, there, kinematic.solution.weights), self.identified.chosen
         )
-        initial = kinematic_delays(identified.estimate)
+        initial = kinematic_errors(identified.estimate)
         rest = self.coefficients.point.effects[len(kinematic.point.effects) :]
         begun = _with_errors(self.coefficients, initial, rest)
-        delays = joint_delays(identified.estimate, initial, begun)
+        errors = joint_errors(identified.estimate, initial, begun)
         return replace(
             self,
             position=position,
             identified=identified,
-            delays=delays,
-            coefficients=_with_errors(begun, delays, rest),
+            errors=errors,
+            coefficients=_with_errors(begun, errors, rest),
         )
 
-    def with_position_free(self) -> JointDelays:
+    def with_position_free(self) -> JointErrors:
         """The errors with the position among their parameters, and the covariance of all."""
-        effects, line = self.delays.effects, self.line
+        effects, line = self.errors.effects, self.line
         place = next(n for n, each in enumerate(effects) if _is_place(each, self.hypothesis))
         free = replace(self.hypothesis.effects[0], values=(self.position,))
         own = line.shares @ line.covariance
-        errors = own @ line.shares.T + self.delays.covariance - line.given
+        of_others = own @ line.shares.T + self.errors.covariance - line.given
         n = len(free_values(effects[:place]))
-        covariance = np.insert(np.insert(errors, n, 0.0, axis=0), n, 0.0, axis=1)
+        covariance = np.insert(np.insert(of_others, n, 0.0, axis=0), n, 0.0, axis=1)
         covariance[n, :] = covariance[:, n] = np.insert(own[:, -1], n, line.covariance[-1, -1])
-        return JointDelays((*effects[:place], free, *effects[place + 1 :]), covariance, self.delays.penalty)
+        return JointErrors((*effects[:place], free, *effects[place + 1 :]), covariance, self.errors.penalty)
 
     @cached_property
     def line(self) -> _Line:
@@ -120,7 +120,7 @@ class PlacedVane:
 
     @property
     def std_error(self) -> float:
-        """Of the position, m, with the delays estimated beside it."""
+        """Of the position, m, with the errors estimated beside it."""
         return float(np.sqrt(self.line.covariance[-1, -1]))
 
     @property
@@ -167,19 +167,19 @@ def _without_place(effects: Sequence[ActiveEffect], hypothesis: Hypothesis) -> t
     return tuple(active for active in effects if not _is_place(active, hypothesis))
 
 
-def _with_errors(found: Estimate, delays: JointDelays, rest: Sequence[ActiveEffect]) -> Estimate:
+def _with_errors(found: Estimate, errors: JointErrors, rest: Sequence[ActiveEffect]) -> Estimate:
     """The coefficients with the errors fixed at given values, before the `rest` of the point's effects."""
-    point = with_errors_held(replace(found.point, effects=(*delays.effects, *rest)), delays.effects)
+    point = with_errors_held(replace(found.point, effects=(*errors.effects, *rest)), errors.effects)
     return estimate(found.problem, point, found.solution.weights)
 
 
 @dataclass(frozen=True)
 class _Line:
-    """The joint likelihood about a vane's position and the delays, to second order.
+    """The joint likelihood about a vane's position and the J errors estimated jointly, to second order.
 
-    `step` of the position, m, and `gain` in ln L by it and the steps of the delays; `covariance` (D + 1, D + 1) of the
-    delays and the position; `shares` (n, D + 1): change of every error parameter with each of them; `given` (n, n): the
-    part of the errors' covariance at a held position that the delays cause.
+    `step` of the position, m, and `gain` in ln L by it and the steps of these errors; `covariance` (J + 1, J + 1) of
+    them and the position; `shares` (n, J + 1): change of every error parameter with each of them; `given` (n, n): the
+    part of the errors' covariance at a held position that they cause.
     """
 
     step: float
@@ -193,17 +193,17 @@ def _line_through(at: PlacedVane) -> _Line:
     """The joint likelihood to second order: kinematics by one column, the coefficients by their information."""
     kinematic, hypothesis = at.identified.estimate, at.hypothesis
     parameters = free_parameters(kinematic.point.effects)
-    delayed = [n for n, (i, _) in enumerate(parameters) if is_estimated_jointly(kinematic.point.effects[i])]
-    own = kinematic_delays(kinematic)
-    known = own.covariance[np.ix_(delayed, delayed)]
+    jointly = jointly_estimated(kinematic.point.effects)
+    own = kinematic_errors(kinematic)
+    known = own.covariance[np.ix_(jointly, jointly)]
     prior = np.linalg.pinv(known, hermitian=True)
-    follow = own.covariance[:, delayed] @ prior
+    follow = own.covariance[:, jointly] @ prior
     change, curvature, slope = _kinematic_change(kinematic, hypothesis)
-    along = change[delayed]
+    along = change[jointly]
     shares = np.column_stack([follow, change - follow @ along])
-    tied = np.column_stack([np.eye(len(delayed)), -along])
-    away = (free_values(at.delays.effects) - free_values(own.effects))[delayed]
-    last = np.zeros(len(delayed) + 1)
+    tied = np.column_stack([np.eye(len(jointly)), -along])
+    away = (free_values(at.errors.effects) - free_values(own.effects))[jointly]
+    last = np.zeros(len(jointly) + 1)
     last[-1] = 1.0
     of_coefficients, score = _coefficient_information(at, parameters, shares)
     information = of_coefficients + tied.T @ prior @ tied + curvature * np.outer(last, last)
@@ -231,11 +231,9 @@ def _kinematic_change(kinematic: Estimate, hypothesis: Hypothesis) -> tuple[Arra
 def _coefficient_information(
     at: PlacedVane, parameters: Sequence[tuple[int, int]], shares: Array
 ) -> tuple[Array, Array]:
-    """Fisher information (D + 1, D + 1) of the coefficients on the delays and the position, and its score."""
-    found, errors = at.coefficients, at.delays.effects
+    """Fisher information (J + 1, J + 1) of the coefficients on the errors and the position, and its score."""
+    found, errors = at.coefficients, at.errors.effects
     (moving,) = at.hypothesis.effects
     point = replace(found.point, effects=(*errors, moving, *found.point.effects[len(errors) :]))
-    columns = effect_sensitivities(
-        found.problem, linear_values(found.design, found.solution), point, [*parameters, (len(errors), 0)]
-    )
-    return information_on(found, columns @ np.vstack([shares, [0.0] * (shares.shape[1] - 1) + [1.0]]))
+    with_position = np.vstack([shares, [0.0] * (shares.shape[1] - 1) + [1.0]])
+    return information_on_effects(found, point, [*parameters, (len(errors), 0)], with_position)

@@ -17,7 +17,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.candidates import with_hypothesis
-from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
 from aerosid.equation_error.selection.penalties import SelectionCriterion, effects_of
 from aerosid.equation_error.selection.stepwise import Admitted, eliminate_by_penalty, forward_selection
 from aerosid.equation_error.selection.structure import (

@@ -13,8 +13,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import axes_of
@@ -26,11 +24,12 @@ from aerosid.equation_error.selection.alternatives import (
     replacements_of,
 )
 from aerosid.equation_error.selection.candidates import is_instrument_error, with_hypothesis
-from aerosid.equation_error.selection.joint_time_delays import DELAY_KINDS, JointDelays, free_values, joint_gain
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, JointErrors
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
 from aerosid.equation_error.selection.redundancy import share_a_distance
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
+from aerosid.equation_error.selection.time_delays import joint_gain
 from aerosid.equation_error.settings import TRIALS
 
 AHEAD = "x"
@@ -56,7 +55,7 @@ class IdentifiedVane(NamedTuple):
 
 def likelier_places(
     identified: SelectedStructure,
-    delays: JointDelays,
+    errors: JointErrors,
     structure: SelectedStructure,
     hypotheses: Sequence[Hypothesis],
     criterion: SelectionCriterion,
@@ -67,7 +66,7 @@ def likelier_places(
 
     Parameters
     ----------
-    identified, delays : SelectedStructure, JointDelays
+    identified, errors : SelectedStructure, JointErrors
         Instrument errors, from kinematics and jointly.
     structure : SelectedStructure
         Of the coefficient equations of all records, its first effects these errors.
@@ -79,7 +78,7 @@ def likelier_places(
         if hypothesis is None:
             continue
         penalty = criterion.penalty(hypothesis)
-        begun = PlacedVane(hypothesis, each.hypothesis, 0.0, identified, delays, structure.estimate)
+        begun = PlacedVane(hypothesis, each.hypothesis, 0.0, identified, errors, structure.estimate)
         if begun.line.step <= 0.0 or begun.line.gain < TRIALS.asked * penalty:
             continue
         found = likeliest_place(begun)
@@ -87,7 +86,7 @@ def likelier_places(
             continue
         rivals = _rivals(begun, each, hypotheses, criterion)
         if found.log_likelihood - penalty > max(rival.penalised for rival in rivals):
-            joint = joint_gain(identified, each, delays, structure.estimate)
+            joint = joint_gain(identified, each, errors, structure.estimate)
             gain = found.log_likelihood - begun.log_likelihood + (joint.total if joint is not None else 0.0)
             yield replace(found, alternatives=_alternatives(found, rivals, gain))
 
@@ -112,18 +111,10 @@ class _Rival:
         if self.hypothesis.entries:
             _, value, error = last_parameter(coefficients, self.hypothesis)
         else:
-            active, error = estimate_of(estimated.delays, self.hypothesis)
+            active, error = estimated.errors.estimate_of(self.hypothesis)
             value = active.values[0]
         deficit = found.log_likelihood - estimated.log_likelihood
         return Alternative(self.hypothesis, active, value, error, 0.0, deficit, margin, found.hypothesis, coefficients)
-
-
-def estimate_of(delays: JointDelays, hypothesis: Hypothesis) -> tuple[ActiveEffect, float]:
-    """An instrument error among some, and the standard error of its first parameter."""
-    name, effects = hypothesis.effects[0].name, delays.effects
-    place = next(n for n, each in enumerate(effects) if each.values and each.name == name)
-    number = len(free_values(effects[:place]))
-    return effects[place], float(np.sqrt(delays.covariance[number, number]))
 
 
 def _rivals(

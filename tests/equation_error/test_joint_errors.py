@@ -1,4 +1,4 @@
-"""Time delays of instruments from kinematics and coefficients jointly, on planted flights in gusts."""
+"""Instrument errors from kinematics and coefficients jointly, on planted flights in gusts."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from aerosid.equation_error.decision import decide
 from aerosid.equation_error.joint_selection import selected_jointly
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import estimate
-from aerosid.equation_error.selection.joint_time_delays import kinematic_delays, with_errors_held
+from aerosid.equation_error.selection.joint_errors import kinematic_errors, with_errors_held
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks.field_detection import FIRST, written
@@ -29,7 +29,7 @@ def test_the_joint_delay_of_a_vane_is_more_accurate_than_the_kinematic_one_in_gu
     logs = [flown(name, body, SEEDS + n, air=0.6, wrong=Wrong(delay={"alpha": late})) for n, name in enumerate("ab")]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
     errors = identified(aircraft, logs[:1], logs[1:])
-    alone = float(np.sqrt(kinematic_delays(errors.selected.estimate).covariance[0, 0]))
+    alone = float(np.sqrt(kinematic_errors(errors.selected.estimate).covariance[0, 0]))
     (row,) = decide(errors, aircraft.coefficients).findings
     assert (row.hypothesis.kind, row.source) == ("sensor_delay", "kinematics")
     assert abs(row.value - late) < 4.0 * row.std_error
