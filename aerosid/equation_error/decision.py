@@ -21,7 +21,7 @@ from aerosid.equation_error.regression.estimate import (
     Estimate,
     estimate,
 )
-from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.linear_or_smooth_inputs import likelier_input_interpolation
 from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import Alternative, gains_by_deletion

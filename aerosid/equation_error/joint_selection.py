@@ -11,7 +11,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refutation
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import Estimate, estimate
-from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.linear_or_smooth_inputs import likelier_input_interpolation
 from aerosid.equation_error.regression.related_problems import coefficients_of_all, compared_with
 from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from aerosid.equation_error.selection.alternatives import Alternative

@@ -22,7 +22,7 @@ from aerosid.effects.aerodynamic_terms import searched_parameters
 from aerosid.errors import EstimationError
 from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
-from aerosid.estimation.input_interpolation import notes_on_held_controls, with_likelier_interpolation
+from aerosid.estimation.linear_or_held_controls import notes_on_held_controls, with_likelier_interpolation
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise

@@ -14,7 +14,7 @@ from problems import LIGHT, NOISE, Problem, terms_of, with_channels, with_thrust
 
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
-from aerosid.estimation.input_interpolation import (
+from aerosid.estimation.linear_or_held_controls import (
     notes_on_held_controls,
     stepped_controls,
     with_likelier_interpolation,

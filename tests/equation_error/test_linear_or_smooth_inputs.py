@@ -12,7 +12,7 @@ from aerosid.equation_error.equations.channels import COEFFICIENT
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.regression.estimate import Estimate, estimate
-from aerosid.equation_error.regression.input_interpolation import likelier_input_interpolation
+from aerosid.equation_error.regression.linear_or_smooth_inputs import likelier_input_interpolation
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.settings import EquationErrorSettings
