@@ -56,9 +56,12 @@ class IdentificationProblem:
 
     def agreement(self, settings: LoopSettings) -> KinematicConsistency | None:
         """Data compatibility of the instruments; None where it was not requested."""
-        return (
-            agreement_of(self.instrument_errors) if settings.kinematics and self.instrument_errors is not None else None
-        )
+        return self._agreement if settings.kinematics else None
+
+    @functools.cached_property
+    def _agreement(self) -> KinematicConsistency | None:
+        """The findings from the instrument errors, formed once for all methods that are tried."""
+        return None if self.instrument_errors is None else agreement_of(self.instrument_errors)
 
     @property
     def free(self) -> tuple[Entry, ...]:
