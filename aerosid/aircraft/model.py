@@ -258,6 +258,16 @@ class Aircraft:
         symmetric = ("C_D", "C_L", "C_m") if lift_and_drag else LONGITUDINAL.coefficients
         return tuple(name for name in (*symmetric, *LATERAL.coefficients) if name in loads_of(self.axes))
 
+    @property
+    def free(self) -> tuple[tuple[str, Term], ...]:
+        """Coefficient and term of the derivatives that are estimated, in order."""
+        return tuple((d.coefficient, d.term) for d in self.derivatives if not d.fixed)
+
+    @property
+    def variables(self) -> frozenset[str]:
+        """The variables of all terms."""
+        return frozenset(name for d in self.derivatives for name in d.term.variables)
+
     def completed(
         self,
         values: Mapping[tuple[str, str], tuple[float, float | None]],

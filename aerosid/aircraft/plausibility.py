@@ -84,7 +84,7 @@ it."""
 def _impossible_effects(aircraft: Aircraft) -> list[str]:
     """What no aircraft shows among the declared effects: close-loop refuses them."""
     found = []
-    used = {name for entry in aircraft.derivatives for name in entry.term.variables}
+    used = aircraft.variables
     for number, effect in enumerate(aircraft.effects, start=1):
         key = f"effects[{number}] ({effect.kind})"
         try:

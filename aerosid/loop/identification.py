@@ -309,5 +309,4 @@ def replayed(log: FlightLog, aircraft: Aircraft, step: float) -> Iterator[Frame]
     # The knots of a spline are taken from the whole record, which is not known on board.
     candidates = tuple(entry for entry in candidates if not searched_parameters(entry[1]))
     manoeuvre = prepare(with_declared_noise(log, aircraft.noise, aircraft.resolution), aircraft, model.columns)
-    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
-    return frames(model, manoeuvre, free, candidates, InFlightSettings(step=step))
+    return frames(model, manoeuvre, aircraft.free, candidates, InFlightSettings(step=step))

@@ -66,7 +66,7 @@ class IdentificationProblem:
     @property
     def free(self) -> tuple[Entry, ...]:
         """Declared terms that are estimated."""
-        return tuple((d.coefficient, d.term) for d in self.aircraft.derivatives if not d.fixed)
+        return self.aircraft.free
 
     @property
     def is_reconstructed(self) -> bool:

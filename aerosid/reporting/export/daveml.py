@@ -130,7 +130,7 @@ def _check(aircraft: Aircraft, options: ExportOptions) -> None:
         raise UsageError(
             f"--alpha-range runs from {math.degrees(low):g} to {math.degrees(high):g} deg; give the lower end first."
         )
-    names = {name for entry in aircraft.derivatives for name in entry.term.variables}
+    names = aircraft.variables
     if clash := sorted(names & _RESERVED - set(LIFT)):
         raise AircraftError(
             f"{aircraft.path}: a term names the channel {clash[0]}, which is another quantity in the exported file; "
@@ -180,7 +180,7 @@ def _author(parent: ET.Element) -> None:
 
 def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]:
     """Every variable before those calculated from it."""
-    used = {name for entry in aircraft.derivatives for name in entry.term.variables}
+    used = aircraft.variables
     limited = options.alpha_range is not None and "alpha" in used
     definitions = [_input(name) for name in required_inputs(aircraft)]
     definitions += [
@@ -213,7 +213,7 @@ def _definitions(aircraft: Aircraft, options: ExportOptions) -> list[ET.Element]
 
 def required_inputs(aircraft: Aircraft) -> tuple[str, ...]:
     """The input channels of the model, in glossary order, others after them."""
-    used = {name for entry in aircraft.derivatives for name in entry.term.variables}
+    used = aircraft.variables
     wanted = {name for name in used if name not in (*_RATES, "V_hat", "C_T", *LIFT)}
     if "C_L" in aircraft.coefficients:
         wanted.add("alpha")
@@ -238,7 +238,7 @@ def _input(name: str) -> ET.Element:
     return variable
 
 
-def _derived(aircraft: Aircraft, options: ExportOptions, used: set[str]) -> list[ET.Element]:
+def _derived(aircraft: Aircraft, options: ExportOptions, used: frozenset[str]) -> list[ET.Element]:
     """Reference airspeed and the non-dimensional variables in the terms."""
     definitions = []
     rate_speed, reference = "V", aircraft.airspeed or options.airspeed
@@ -267,8 +267,7 @@ def _derived(aircraft: Aircraft, options: ExportOptions, used: set[str]) -> list
 
 def _derivative_names(aircraft: Aircraft) -> tuple[str, ...]:
     """An XML name for each derivative: `C_m_alpha_2`, numbered where two would be equal."""
-    taken = {*required_inputs(aircraft), *_RESERVED}
-    taken |= {name for entry in aircraft.derivatives for name in entry.term.variables}
+    taken = {*required_inputs(aircraft), *_RESERVED, *aircraft.variables}
     names = []
     for entry in aircraft.derivatives:
         plain = re.sub(r"\W+", "_", f"{entry.coefficient}_{entry.term}").strip("_")

@@ -112,7 +112,7 @@ def aerodynamics_element(aircraft: Aircraft, settings: ExportSettings = ExportSe
     for effect in aircraft.effects:
         if of_the_recording(effect):
             section.append(_comment(f"{effect.kind} {effect.where} belongs to a recording and is left out"))
-    for name in sorted({name for entry in aircraft.derivatives for name in entry.term.variables} - set(LIFT)):
+    for name in sorted(aircraft.variables - set(LIFT)):
         section.append(function(_PREFIX + name, _variable(aircraft, settings, name)))
     section.extend(_coefficient(aircraft, coefficient) for coefficient in lift_first(aircraft.coefficients))
     if "C_L" in aircraft.coefficients:

@@ -123,8 +123,7 @@ def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """The channels of the logs, the variables of the model's terms, the report's terms, and the sketches of signs."""
     logs = (*result.identification, *result.validation)
     channels = dict.fromkeys(name for log in logs for name in log.channels if name in CHANNELS)
-    in_terms = {v for entry in result.completed_aircraft.derivatives for v in entry.term.variables}
-    in_terms |= {row.coefficient for row in result.derivatives}
+    in_terms = result.completed_aircraft.variables | {row.coefficient for row in result.derivatives}
     sketches = (_SKETCHES[plane.name] for plane in planes_of(result.aircraft.axes))
     return {
         "sketches": [figures.add(draw(), caption, label) for draw, caption, label in sketches],

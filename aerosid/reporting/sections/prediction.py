@@ -22,7 +22,7 @@ from aerosid.reporting.words import shown_unit
 
 def context(result: ClosedLoop, figures: FigureBook) -> dict[str, Any]:
     """Strip charts and errors of every log."""
-    wanted = frozenset(variable for entry in result.completed_aircraft.derivatives for variable in entry.term.variables)
+    wanted = result.completed_aircraft.variables
     groups = {(group["log"], group["role"]): group for group in by_log(result.errors, result)}
     headline = {row.role for row in headline_rows(result)}
     logs = []

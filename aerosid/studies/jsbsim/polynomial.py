@@ -52,10 +52,9 @@ def as_flown(aircraft: Aircraft, airspeed: float, density: float) -> Aircraft:
 
 def driven_by(aircraft: Aircraft) -> tuple[str, ...]:
     """The controls moved in a flight of this aircraft: those that trim its motion and occur in its terms."""
-    named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
     planes = [balance for balance in BALANCES if balance.moves(aircraft.axes)]
     there = [name for balance in planes for name in balance.unknowns if is_surface(name)]
-    return tuple(name for name in there if name in named)
+    return tuple(name for name in there if name in aircraft.variables)
 
 
 def channel_property(channel: str) -> str:
@@ -65,10 +64,9 @@ def channel_property(channel: str) -> str:
 
 def polynomial_aerodynamics(aircraft: Aircraft, airspeed: float) -> tuple[ET.Element, tuple[str, ...]]:
     """The `<aerodynamics>` of an aircraft, and the properties that it reads in addition to JSBSim's own."""
-    named = {name for derivative in aircraft.derivatives for name in derivative.term.variables}
     channels = sorted(
         name
-        for name in named - {*VARIABLES, "thrust", *driven_by(aircraft)}
+        for name in aircraft.variables - {*VARIABLES, "thrust", *driven_by(aircraft)}
         if name not in CHANNEL_PROPERTIES or is_surface(name)
     )
     properties: dict[str, tuple[str, float]] = {name: (channel_property(name), 1.0) for name in channels}

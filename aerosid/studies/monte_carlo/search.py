@@ -109,7 +109,6 @@ def estimate_known(
     manoeuvre = prepare(log, aircraft, plain.columns)
     given = declared_effects(aircraft, controls_of(plain), [manoeuvre])
     declared = with_columns_of(plain, (*given, *effects))
-    free = tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
-    entries = (*free, *(entry for entry in structure if entry not in free))
+    entries = (*aircraft.free, *(entry for entry in structure if entry not in aircraft.free))
     completed = refine(declared.extended(entries), [manoeuvre], entries, effects=(*given, *effects))
     return Found(manoeuvre, None, completed, deviations(completed, [manoeuvre]), ())

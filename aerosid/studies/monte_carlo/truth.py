@@ -202,7 +202,7 @@ def _simulated(plan: StudyPlan) -> Truth:
     return Truth(
         aircraft=aircraft,
         model=model,
-        free=(*_free(aircraft), *(entry for entry in terms if entry not in _free(aircraft))),
+        free=(*aircraft.free, *(entry for entry in terms if entry not in aircraft.free)),
         # A declared term that is flown with another value is re-estimated, not found.
         planted=tuple(effect for effect in plan.effects if effect.entry not in declared),
         identification=true_flight(plan.flown, "study", plan.effects),
@@ -288,10 +288,6 @@ def _can_be_flown(planted: Planted, manoeuvre: Manoeuvre) -> bool:
 def _lasting(planted: tuple[Planted, ...]) -> tuple[Planted, ...]:
     """Effects that act on another flight as well: not a change at an instant of this one."""
     return tuple(effect for effect in planted if effect.time is None)
-
-
-def _free(aircraft: Aircraft) -> tuple[Entry, ...]:
-    return tuple((d.coefficient, d.term) for d in aircraft.derivatives if not d.fixed)
 
 
 def _places(manoeuvre: Manoeuvre) -> list[int]:
