@@ -252,6 +252,11 @@ class ActiveEffect:
         return *self.key, axes_of(self), getattr(self.effect, "comes_first", False)
 
 
+def at_first_trials(effect: Effect) -> ActiveEffect:
+    """The effect with the first of the values from which each parameter is tried."""
+    return ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+
+
 def axes_of(active: ActiveEffect | None) -> str:
     """The body axes of a sensor position; empty of any other effect, or of none."""
     return active.effect.axes if active is not None and isinstance(active.effect, PositionEffect) else ""

@@ -23,7 +23,7 @@ from aerosid.aircraft.bundled import bundled_folder
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.compatibility import check_kinematics
 from aerosid.compiled.kernel_cache import compilation_announced
-from aerosid.effects import ActiveEffect
+from aerosid.effects import at_first_trials
 from aerosid.effects.flow_separation import flow_separation
 from aerosid.estimation.competing_fits import evaluated_starts
 from aerosid.estimation.effect_columns import with_columns_of
@@ -100,7 +100,7 @@ def _model_error(sample: _Sample) -> None:
 
 def _motion_feedback(sample: _Sample) -> None:
     effect = flow_separation(0.1, sample.aircraft.coefficients[1], ())
-    (active,) = effects = [ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))]
+    (active,) = effects = [at_first_trials(effect)]
     model, manoeuvre = with_columns_of(sample.model, effects), sample.manoeuvre
     refine(model, [manoeuvre], sample.free, effects=effects, settings=_ONCE)
     states = np.tile(manoeuvre.first_state, (manoeuvre.flight.time.size, 1))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects import ActiveEffect, NoiseEffect, at_first_trials
 from aerosid.effects.disturbance import gusts_of, unmodelled_forces
 from aerosid.estimation.competing_fits import refine_from_effect_values
 from aerosid.estimation.effect_columns import with_columns_of
@@ -79,7 +79,7 @@ def with_likeliest_gust(search: StructureSearch, start: Refinement) -> Refinemen
 def _with_gust(search: StructureSearch, start: Refinement, effect: NoiseEffect) -> Refinement:
     """The estimate with one kind of gust."""
     extended = search.with_step_columns(start)
-    initial = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+    initial = at_first_trials(effect)
     return with_disturbance(search, replace(extended, model=with_columns_of(extended.model, [initial])), effect)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects import NoiseEffect, at_first_trials
 from aerosid.effects.disturbance import gusts_of
 from aerosid.errors import EstimationError
 from aerosid.estimation.effect_columns import with_columns_of
@@ -37,7 +37,7 @@ def with_turbulence_innovations(found: Attribution, search: StructureSearch) -> 
     if effect is None or found.completed.is_disturbed:
         return found
     structure = search.with_step_columns(found.completed)
-    start = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+    start = at_first_trials(effect)
     structure = replace(structure, model=with_columns_of(structure.model, [start]))
     try:
         return replace(found, in_turbulence=with_disturbance(search, structure, effect, INNOVATIONS))

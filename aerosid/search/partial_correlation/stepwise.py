@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerosid.effects import ActiveEffect, NoiseEffect
+from aerosid.effects import NoiseEffect, at_first_trials
 from aerosid.effects.disturbance import VANE_IN, gusts_of
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.errors import EstimationError
@@ -268,7 +268,7 @@ class _Search:
             return []
         found = []
         for effect in gusts_of(self.sweeps.flights.axes):
-            air = ActiveEffect(effect, tuple(parameter.trials[0] for parameter in effect.parameters))
+            air = at_first_trials(effect)
             statistics = replace(current.swept.statistics, gust=air)
             try:
                 sweep = self.sweeps.estimate(
