@@ -11,6 +11,7 @@ from aerosid.logs.flight_log import FlightLog, FloatArray
 from aerosid.logs.settings import DEAD, QUALITY
 from aerosid.logs.standard_atmosphere import GRAVITY
 from aerosid.notation import listed, number
+from aerosid.signals.running_trapezoids import integral_from_start
 
 _SHOWN_BY = {
     "V": ("a_x", "a_z", "alpha", "theta"),
@@ -116,7 +117,7 @@ def _windows(time: FloatArray, values: FloatArray, length: float) -> Iterator[tu
 
 def _range_without_trend(time: FloatArray, rate: FloatArray, largest: float) -> float:
     """Range of the integral of a rate without its linear trend, of which no more than the largest is removed."""
-    path = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+    path = integral_from_start(time, rate)
     since = time - time.mean()
     slope = float(since @ path) / float(since @ since)
     return float(np.ptp(path - np.clip(slope, -largest, largest) * since))

@@ -14,6 +14,7 @@ from aerosid.errors import LogError
 from aerosid.logs.settings import READING
 from aerosid.nomenclature import is_surface
 from aerosid.signals.resampling import without_gaps
+from aerosid.signals.running_trapezoids import integral_from_start
 
 FloatArray = NDArray[np.float64]
 Position = tuple[float, float, float]
@@ -268,7 +269,7 @@ def with_fuel_used(log: FlightLog) -> FlightLog:
     if np.count_nonzero(np.isfinite(log["fuel_flow"])) < 2:
         return log
     flow = without_gaps(log.time, log["fuel_flow"])
-    used = np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * np.diff(log.time))])
+    used = integral_from_start(log.time, flow)
     return replace(
         log,
         channels={**log.channels, "fuel_used": used},

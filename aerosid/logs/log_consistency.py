@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.settings import COURSES
+from aerosid.signals.running_trapezoids import integral_from_start
 
 FloatArray = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ def integral_and_recorded(time: FloatArray, rate: FloatArray, recorded: FloatArr
     recorded : ndarray, shape (N,)
         Finite; in any unit.
     """
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+    integral = integral_from_start(time, rate)
     trend = np.column_stack([np.ones_like(time), time - time.mean()])
     both = np.column_stack([integral, recorded])
     first, second = (both - trend @ np.linalg.lstsq(trend, both, rcond=None)[0]).T
