@@ -12,6 +12,7 @@ import numpy as np
 
 from aerosid.model_error.paper_chain.in_flight import Frame
 from aerosid.notation import finite_throughout
+from aerosid.reporting.script_data import safe_inside_element
 from aerosid.reporting.scripts import Script, content_policy
 from aerosid.reporting.templating import REPORT_TEMPLATES, page_environment, page_style
 
@@ -56,7 +57,7 @@ def render_replay(frames: Sequence[Frame], log: str, aircraft: str, coefficients
 def frames_json(frames: Sequence[Frame]) -> str:
     """The frames as JSON that is safe inside an element: no `<`, null for unknown values."""
     text = json.dumps([finite_throughout(asdict(frame), _DIGITS) for frame in frames], allow_nan=False)
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return safe_inside_element(text)
 
 
 def _strip(frames: Sequence[Frame], axis: int) -> tuple[str, tuple[float, float]]:

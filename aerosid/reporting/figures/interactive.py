@@ -29,6 +29,7 @@ from aerosid.reporting.figures.chart import (
     Points,
 )
 from aerosid.reporting.figures.numbered import Figure
+from aerosid.reporting.script_data import safe_inside_element
 from aerosid.reporting.thinning import envelope
 
 DRAWN_WHOLE = 3000
@@ -57,7 +58,7 @@ def figures_json(figures: Sequence[Figure]) -> str:
         if figure.chart.timeline
     ]
     text = json.dumps({"arrays": arrays.encoded, "figures": drawn}, ensure_ascii=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return safe_inside_element(text)
 
 
 class _Arrays:
