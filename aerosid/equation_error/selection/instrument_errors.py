@@ -19,7 +19,7 @@ from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import has_inertial_path
 from aerosid.equation_error.equations.regular_recordings import read_recordings
 from aerosid.equation_error.equations.sensors import position
-from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.problem import RegressionProblem
@@ -314,7 +314,7 @@ def with_instrument_errors(
     if not free:
         return replace(found, point=point), covariance
     columns = effect_sensitivities(found.problem, linear_values(found.design, found.solution), point, free)
-    white = whiten(found.design, columns, found.solution.weights)
+    white = compared_columns(found.design, columns, found.solution.weights)
     sensitivities = -found.solution.covariance @ found.solution.slopes.T @ white
     solution = replace(
         found.solution,

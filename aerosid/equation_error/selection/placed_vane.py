@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.regression.design import whiten
+from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import effect_candidates, with_hypothesis
-from aerosid.equation_error.selection.coefficient_information import information_on_effects
+from aerosid.equation_error.selection.coefficient_information import information_on, information_on_effects
 from aerosid.equation_error.selection.joint_errors import (
     JointErrors,
     free_values,
@@ -220,12 +220,12 @@ def _kinematic_change(kinematic: Estimate, hypothesis: Hypothesis) -> tuple[Arra
     The rest of the information is what lies along the change.
     """
     (candidate,) = effect_candidates(kinematic.problem, kinematic, [hypothesis])
-    white = whiten(kinematic.design, candidate.columns, kinematic.solution.weights)[:, 0]
-    change = -kinematic.solution.covariance @ (kinematic.solution.slopes.T @ white)
-    left = white + kinematic.solution.slopes @ change
+    white = compared_columns(kinematic.design, candidate.columns, kinematic.solution.weights)
+    change = -kinematic.solution.covariance @ (kinematic.solution.slopes.T @ white[:, 0])
+    information, score = information_on(kinematic, candidate.columns)
     names = [("effect", i, k) for i, k in free_parameters(kinematic.point.effects)]
     places = [kinematic.design.unknowns.index(name) for name in names]
-    return change[places], float(left @ left), float(left @ kinematic.solution.whitened)
+    return change[places], float(information[0, 0]), float(score[0])
 
 
 def _coefficient_information(
