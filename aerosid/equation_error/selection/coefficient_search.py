@@ -37,6 +37,10 @@ from aerosid.equation_error.selection.stepwise import (
 )
 from aerosid.equation_error.selection.structure import SelectedStructure, estimate_without_all, penalised_likelihood
 
+NEGLIGIBLE_FALL = 5e-4
+"""Design: fall of R^2, 1, that refutes nothing, however little variance is unexplained. By reasoning: tables show three
+digits."""
+
 
 @dataclass(frozen=True)
 class CoefficientSearch:
@@ -142,7 +146,10 @@ class CoefficientSearch:
         )
         validation = [(a.r2, b.r2) for a, b in zip(old, new, strict=True) if not a.fitted]
         settings = whole.settings
-        worse = any(a - b > min(settings.least_rise, settings.rise_of_rest * (1.0 - a)) for a, b in validation)
+        worse = any(
+            a - b > min(settings.least_rise, max(settings.rise_of_rest * (1.0 - a), NEGLIGIBLE_FALL))
+            for a, b in validation
+        )
         return worse and sum(a - b for a, b in validation) > 0.0
 
     def refutes(self, before: Estimate, after: Estimate, penalty: float) -> bool:

@@ -24,11 +24,16 @@ from aerosid.equation_error.selection.alternatives import (
     replacements_of,
 )
 from aerosid.equation_error.selection.candidates import is_instrument_error, with_hypothesis
-from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, JointErrors
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, JointErrors, kinematic_errors, with_errors_held
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
 from aerosid.equation_error.selection.redundancy import share_a_distance
-from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure
+from aerosid.equation_error.selection.structure import (
+    SelectedEffect,
+    SelectedStructure,
+    point_without,
+    structure_without,
+)
 from aerosid.equation_error.selection.time_delays import joint_gain
 from aerosid.equation_error.settings import TRIALS
 
@@ -78,17 +83,53 @@ def likelier_places(
         if hypothesis is None:
             continue
         penalty = criterion.penalty(hypothesis)
-        begun = PlacedVane(hypothesis, each.hypothesis, 0.0, identified, errors, structure.estimate)
+        selected = PlacedVane(hypothesis, each.hypothesis, 0.0, identified, errors, structure.estimate)
+        instead = _in_place_of(hypothesis, [*identified.chosen, *structure.chosen])
+        point = structure.estimate.point
+        least = selected.log_likelihood - sum(criterion.penalty_at(other.hypothesis, point) for other in instead)
+        begun = selected if not instead else _without(selected, instead)
         if begun.line.step <= 0.0 or begun.line.gain < TRIALS.asked * penalty:
             continue
         found = likeliest_place(begun)
-        if found.log_likelihood - begun.log_likelihood <= penalty:
+        if found.log_likelihood - penalty <= max(begun.log_likelihood, least):
             continue
         rivals = _rivals(begun, each, hypotheses, criterion)
         if found.log_likelihood - penalty > max(rival.penalised for rival in rivals):
-            joint = joint_gain(identified, each, errors, structure.estimate)
+            joint = joint_gain(begun.identified, each, begun.errors, begun.coefficients)
             gain = found.log_likelihood - begun.log_likelihood + (joint.total if joint is not None else 0.0)
             yield replace(found, alternatives=_alternatives(found, rivals, gain))
+
+
+def _in_place_of(hypothesis: Hypothesis, chosen: Sequence[SelectedEffect]) -> list[SelectedEffect]:
+    """What may have been selected in place of a vane's position: its accelerometer's, and terms in the rate."""
+    rate = MOVED_BY[hypothesis.where]
+    return [
+        each
+        for each in chosen
+        if share_a_distance(each.hypothesis, hypothesis)
+        or (not each.hypothesis.effects and all(str(term) == rate for _, term in each.hypothesis.entries))
+    ]
+
+
+def _without(selected: PlacedVane, instead: Sequence[SelectedEffect]) -> PlacedVane:
+    """The structure without some errors and terms, all else re-estimated, the vane as declared."""
+    identified, coefficients = selected.identified, selected.coefficients
+    errors = len(identified.estimate.point.effects)
+    for each in instead:
+        if each in identified.chosen:
+            identified = structure_without(identified, each)
+    point = coefficients.point
+    for each in instead:
+        if each not in selected.identified.chosen:
+            point = point_without(point, each.hypothesis)
+    rest = point.effects[errors:]
+    point = replace(point, effects=(*identified.estimate.point.effects, *rest))
+    reduced = estimate(
+        coefficients.problem, with_errors_held(point, identified.estimate.point.effects), coefficients.solution.weights
+    )
+    return replace(
+        selected, identified=identified, errors=kinematic_errors(identified.estimate), coefficients=reduced
+    ).moved_to(0.0)
 
 
 @dataclass(frozen=True)
@@ -173,8 +214,6 @@ def _place_of(
             or axes_of(hypothesis.effects[0]) != AHEAD
         ):
             continue
-        chosen = [each.hypothesis for each in (*identified.chosen, *structure.chosen)]
-        shared = any(share_a_distance(hypothesis, other) for other in chosen)
         given = any(active.name == (hypothesis.kind, channel) for active in structure.estimate.point.effects)
-        return None if shared or given else hypothesis
+        return None if given else hypothesis
     return None
