@@ -30,7 +30,7 @@ from aerosid.equation_error.selection.kinematic_evidence import kinematic_eviden
 from aerosid.equation_error.selection.lag_exchange import resolve_lag_exchange
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, criterion_for
 from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
-from aerosid.equation_error.selection.rotary_gusts import with_rotary_gusts
+from aerosid.equation_error.selection.rotary_gusts import rotary_gusts_shown, with_rotary_gusts
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
@@ -72,6 +72,11 @@ class JointSelection(NamedTuple):
         return self.identified.estimate.log_likelihood + coefficients - outcome.errors.penalty
 
     @property
+    def rotary_gusts(self) -> tuple[str, ...]:
+        """The vanes whose rotary gusts are among the regressors."""
+        return self.outcome.structure.estimate.problem.rotary_gusts
+
+    @property
     def instrument_errors(self) -> tuple[SelectedEffect, ...]:
         """Those of kinematics, and the position of a vane."""
         return (*self.identified.chosen, *(() if self.vane is None else (self.vane.effect,)))
@@ -80,8 +85,29 @@ class JointSelection(NamedTuple):
 def selected_jointly(
     errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], values: DeclaredValues
 ) -> JointSelection:
-    """The structure selected by both kinds of equations, with a vane beside its time delay where they show that."""
-    alone = _selected(errors, identified, coefficients, values)
+    """The structure selected by both kinds of equations, with a vane beside its time delay where they show that.
+
+    The declared structure first says whether the moments respond to rotary gusts. What it lacks, as a late vane, may
+    look like a response, or hide one: where the selected structure says otherwise, and one that is selected accordingly
+    says so too, that is taken.
+    """
+    found = _selected_with_vane(errors, identified, coefficients, values, None)
+    shown = rotary_gusts_shown(found.outcome.structure.estimate)
+    if shown == found.rotary_gusts:
+        return found
+    other = _selected_with_vane(errors, identified, coefficients, values, shown)
+    return other if rotary_gusts_shown(other.outcome.structure.estimate) == shown else found
+
+
+def _selected_with_vane(
+    errors: InstrumentErrors,
+    identified: SelectedStructure,
+    coefficients: tuple[str, ...],
+    values: DeclaredValues,
+    rotary_gusts: tuple[str, ...] | None,
+) -> JointSelection:
+    """The same with the rotary gusts of given vanes; None: of those that the declared structure shows."""
+    alone = _selected(errors, identified, coefficients, values, rotary_gusts)
     outcome, criterion = alone.outcome, alone.search.criterion
     worsens = functools.partial(alone.search.worsens_prediction, outcome.structure.estimate)
     confirmed: list[tuple[float, JointSelection]] = []
@@ -121,7 +147,7 @@ def _selected_with(
     """
     vane = begun
     for _ in range(begun.coefficients.problem.settings.rounds):
-        placed = _selected(errors, vane.identified, coefficients, values)
+        placed = _selected(errors, vane.identified, coefficients, values, vane.coefficients.problem.rotary_gusts)
         outcome, before = placed.outcome, vane.position
         found = replace(
             vane, identified=placed.identified, errors=outcome.errors, coefficients=outcome.structure.estimate
@@ -146,6 +172,7 @@ def _selected(
     identified: SelectedStructure,
     coefficients: tuple[str, ...],
     values: DeclaredValues,
+    rotary_gusts: tuple[str, ...] | None,
     near: SelectedStructure | None = None,
 ) -> JointSelection:
     """The structure selected by both kinds of equations.
@@ -161,7 +188,7 @@ def _selected(
     if likelier is not identified:
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
     declared = likelier_vane_smoothing(likelier_input_interpolation(declared))
-    declared = compared_with(values, with_rotary_gusts(declared))
+    declared = compared_with(values, with_rotary_gusts(declared, rotary_gusts))
     search = _coefficient_search(errors, identified, declared, coefficients)
     outcome = _selected_with_errors(identified, declared, search, near)
     for each in identified.chosen:
@@ -169,7 +196,7 @@ def _selected(
         if gain is not None and _is_rejected(gain, search.criterion.penalty(each.hypothesis), outcome, search):
             others = structure_without(identified, each)
             near = SelectedStructure(gain.coefficients_without, outcome.structure.chosen)
-            return _selected(errors, others, coefficients, values, near)
+            return _selected(errors, others, coefficients, values, rotary_gusts, near)
     undeclared = slice(len(start.effects), len(outcome.errors.effects))
     search, structure, refuted = add_terms_at_raised_odds(search, outcome.structure, outcome.refuted, undeclared)
     search, structure = resolve_lag_exchange(search, structure)

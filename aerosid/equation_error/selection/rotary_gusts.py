@@ -37,8 +37,25 @@ ROTARY_GUSTS = RotaryGustSettings()
 """Of every regression."""
 
 
-def with_rotary_gusts(found: Estimate) -> Estimate:
-    """The estimate with the rotary gusts of those vanes whose moments respond to them; colours re-estimated.
+def with_rotary_gusts(found: Estimate, vanes: tuple[str, ...] | None = None) -> Estimate:
+    """The estimate with the rotary gusts of some vanes among its regressors; colours re-estimated.
+
+    Parameters
+    ----------
+    found : Estimate
+        Of the coefficient equations.
+    vanes : tuple of str, optional
+        By default those whose moments respond to them.
+    """
+    shown = rotary_gusts_shown(found) if vanes is None else vanes
+    if shown == found.problem.rotary_gusts:
+        return found
+    problem = replace(found.problem, rotary_gusts=shown)
+    return estimate(problem, found.point, found.solution.weights)
+
+
+def rotary_gusts_shown(found: Estimate) -> tuple[str, ...]:
+    """The vanes whose moments respond to their rotary gusts, whether those are among the regressors or not.
 
     Parameters
     ----------
@@ -48,17 +65,9 @@ def with_rotary_gusts(found: Estimate) -> Estimate:
     certain = found.problem.settings.gust_certain
     vanes = tuple(ROTARY[name] for name in SHOWN_BY if _shows_gusts(FORCE_OF[name], found, certain))
     if not vanes:
-        return found
-    tried = _with(found, vanes)
-    shown = tuple(ROTARY[name] for name in SHOWN_BY if ROTARY[name] in vanes and _shows_rotary_gusts(name, tried))
-    if not shown:
-        return found
-    return tried if shown == vanes else _with(found, shown)
-
-
-def _with(found: Estimate, vanes: tuple[str, ...]) -> Estimate:
-    problem = replace(found.problem, rotary_gusts=vanes)
-    return estimate(problem, found.point, found.solution.weights)
+        return ()
+    tried = with_rotary_gusts(found, vanes)
+    return tuple(ROTARY[name] for name in SHOWN_BY if ROTARY[name] in vanes and _shows_rotary_gusts(name, tried))
 
 
 def _shows_gusts(force: str, found: Estimate, least: float) -> bool:
