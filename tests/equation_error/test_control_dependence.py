@@ -84,7 +84,11 @@ def test_it_is_the_f_test_of_a_dense_regression_where_the_residuals_are_white() 
         usual = sum(power(each, left) for each in chance) / sum(each.shape[1] for each in chance)
         freedom = target.size - beside.shape[1] - along.shape[1]
         unexplained = float(left @ left) - power(beside, left) - power(along, left)
-        statistic = power(along, left) / along.shape[1] / max(usual, unexplained / freedom)
+        variance = max(usual, unexplained / freedom)
+        # What shifts every parameter by a share of its value leaves in the residual is as random as the noise.
+        shifts = shifted_scores(own, trends, functions, along, DEPENDENCE.attenuation * white.solution.values)
+        beyond = variance * np.linalg.solve(variance * np.eye(along.shape[1]) + shifts @ shifts.T, along.T @ left)
+        statistic = float(left @ along @ beyond) / along.shape[1] / variance
         assert rows[coefficient].p_value == pytest.approx(
             variance_ratio.sf(statistic, along.shape[1], freedom), rel=0.01
         )
@@ -97,6 +101,14 @@ def new_directions(basis: Array, functions: Array) -> Array:
     scaled = functions / np.linalg.norm(functions, axis=0)
     directions, singular, _ = np.linalg.svd(scaled - basis @ (basis.T @ scaled), full_matrices=False)
     return np.asarray(directions[:, singular**2 > 1e-3])
+
+
+def shifted_scores(own: Array, trends: Array, functions: Array, along: Array, shifts: Array) -> Array:
+    """What shifts of the parameters would leave along directions of functions, these not freed of the own columns."""
+    columns = np.hstack([own, trends, functions])
+    coefficients = np.linalg.lstsq(columns, along, rcond=None)[0]
+    beside = columns[:, own.shape[1] :] @ coefficients[own.shape[1] :]
+    return np.asarray(beside.T @ (own * shifts))
 
 
 def power(directions: Array, residual: Array) -> float:
@@ -160,6 +172,16 @@ def test_the_air_is_in_doubt_in_the_lightest_turbulence_and_rarely_in_calm_air()
     )
     assert moving == len(BODIES)
     assert calm <= binom.ppf(0.999, len(BODIES), 0.05)
+
+
+def test_what_noise_in_the_motion_takes_from_the_derivatives_is_no_dependence() -> None:
+    """Functions of the controls are without noise, and would stand in for a noisy angle of attack of a complete model."""
+    body, generator = BODIES[3], np.random.default_rng(SEEDS)
+    log = log_of(body, 95, air=0.0, seconds=60.0)
+    noisy = log["alpha"] + 0.15 * float(np.std(log["alpha"])) * generator.standard_normal(log.time.size)
+    found = estimated(body, replace(log, channels={**log.channels, "alpha": noisy}))
+    rows = control_dependence(found)
+    assert not dependent(rows)
 
 
 def test_too_few_samples_and_resting_controls_are_not_tested() -> None:

@@ -4,8 +4,10 @@ Gusts, sensor noise and a recorder's filter are in the residuals of a complete s
 that no log tells. They do not depend on the controls; what a structure lacks in the response of a force or moment to
 controls and motion does. The whitened residual of each coefficient is regressed on Laguerre functions of the controls
 and on squares of the low-pass ones, beside the structure's own columns (F test; residuals against past inputs: Ljung,
-System Identification, section 16.6). The test is blind to what happens by itself, as a drift of the trim, and wrong
-where the controls respond to gusts, as an autopilot's do.
+System Identification, section 16.6). Noise in the measured motion takes a little from the derivatives of a complete
+structure too, and these functions are without noise: they would stand in for it, significantly in a long record. The
+parameters are therefore taken as known within `attenuation` only. The test is blind to what happens by itself, as a
+drift of the trim, and wrong where the controls respond to gusts, as an autopilot's do.
 """
 
 from __future__ import annotations
@@ -51,6 +53,7 @@ class DependenceSettings:
 
     false_alarm: float = 0.01
     least_share: float = 0.003
+    attenuation: float = 0.01
     order: int = 3
     shifts: int = 11
     fewest: int = 20
@@ -95,18 +98,20 @@ def control_dependence(found: Estimate) -> tuple[ControlDependence, ...]:
         functions, *shifted = own
         columns = _BesideStructure(found, s, np.hstack([trends_in_band(recording), *own]))
         slow, along = np.arange(TRENDS), TRENDS + np.arange(functions.shape[1])
-        drift, dependence = columns.explained(slow), columns.explained(along, slow)
-        freedom = columns.samples - columns.used - drift.directions - dependence.directions
-        if freedom < DEPENDENCE.fewest or dependence.directions < 1:
+        drift, beside = columns.explained(slow), columns.explained(along, slow)
+        freedom = columns.samples - columns.used - drift.directions - beside.directions
+        if freedom < DEPENDENCE.fewest or beside.directions < 1:
             continue
-        left = max(columns.power - drift.power - dependence.power, 1e-300) / freedom
+        left = max(columns.power - drift.power - beside.power, 1e-300) / freedom
         # A colour of low order leaves slow noise, and the controls are slow: shifted ones tell how much, beside the
         # others, since those of an input that repeats itself are nearly the same.
         known = np.concatenate([slow, along])
         by_chance = [columns.explained(along + n * along.size, known) for n in range(1, len(shifted) + 1)]
         usual = sum(each.power for each in by_chance) / max(sum(each.directions for each in by_chance), 1)
-        statistic = dependence.power / dependence.directions / max(left, usual)
-        share = float(np.var(dependence.part)) / max(float(np.var(design.target[design.rows(s)])), 1e-300)
+        variance = max(left, usual)
+        dependence = columns.explained(along, slow, variance)
+        statistic = dependence.power / dependence.directions / variance
+        share = float(np.var(beside.part)) / max(float(np.var(design.target[design.rows(s)])), 1e-300)
         p_value = float(fdtrc(dependence.directions, freedom, statistic))
         rows.append(ControlDependence(recording.name, coefficient, p_value, share))
     return tuple(rows)
@@ -176,22 +181,33 @@ class _BesideStructure:
         self._sizes = np.sum(white**2, axis=0)
         self._information = white.T @ white - along.T @ shares
         self._score = white.T @ solution.whitened
+        self._attenuated = white.T @ (solution.slopes * (DEPENDENCE.attenuation * solution.values))
         self.samples = int(rows.stop - rows.start)
         self.used = int(np.count_nonzero(np.any(solution.slopes[rows] != 0.0, axis=0)))
         self.power = float(np.sum(solution.whitened[rows] ** 2))
 
-    def explained(self, some: Places, known: Places | None = None) -> _Explained:
-        """What some of the columns explain beside known ones, in the directions that are independent of these."""
+    def explained(self, some: Places, known: Places | None = None, variance: float | None = None) -> _Explained:
+        """What some of the columns explain beside known ones, in the directions that are independent of these.
+
+        With the `variance` of the whitened noise: beyond what attenuated parameters of the structure may leave there.
+        """
         columns, score, information = self._columns[:, some], self._score[some], self._information[np.ix_(some, some)]
+        attenuated = self._attenuated[some]
         if known is not None:
             directions = self._independent(self._information[np.ix_(known, known)], self._sizes[known])
             shared = directions.T @ self._information[np.ix_(known, some)]
             information = information - shared.T @ shared
             score = score - shared.T @ (directions.T @ self._score[known])
+            attenuated = attenuated - shared.T @ (directions.T @ self._attenuated[known])
             columns = columns - self._columns[:, known] @ (directions @ shared)
         directions = self._independent(information, self._sizes[some])
-        along = directions.T @ score
-        return _Explained(float(along @ along), along.size, np.asarray(columns @ (directions @ along)))
+        along = np.asarray(directions.T @ score)
+        beyond = along
+        if variance is not None:
+            shifts = directions.T @ attenuated
+            total = variance * np.eye(along.size) + shifts @ shifts.T
+            beyond = np.asarray(variance * np.linalg.solve(total, along), dtype=float)
+        return _Explained(float(along @ beyond), along.size, np.asarray(columns @ (directions @ beyond)))
 
     @staticmethod
     def _independent(information: Array, sizes: Array) -> Array:
