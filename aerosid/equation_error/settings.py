@@ -231,8 +231,8 @@ class EquationErrorSettings:
         Degrees of freedom of this prior expectation: about as many as one flight has of its own; the scatter over those
         flights was no wider than that of chi squared.
     fewest_early : int
-        Least number of early sensors for which the alternative, all others late, is tried: one alone is modelled most
-        simply as early. By reasoning.
+        Least number of early sensors for which kinematics alone prefer the alternative, that others are late: one alone
+        is modelled most simply as early, unless the coefficients disagree. By reasoning.
     needed_share : float
         Fraction, 1, of the residual variance of a validation coefficient that an effect shown by few blocks of the
         identification records must remove, where the validation record's gain in ln L does not confirm it. Chosen: a

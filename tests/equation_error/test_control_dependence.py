@@ -175,7 +175,7 @@ def test_the_air_is_in_doubt_in_the_lightest_turbulence_and_rarely_in_calm_air()
 
 
 def test_what_noise_in_the_motion_takes_from_the_derivatives_is_no_dependence() -> None:
-    """Functions of the controls are without noise, and would stand in for a noisy angle of attack of a complete model."""
+    """Functions of the controls are without noise, and would stand in for the noisy angle of attack."""
     body, generator = BODIES[3], np.random.default_rng(SEEDS)
     log = log_of(body, 95, air=0.0, seconds=60.0)
     noisy = log["alpha"] + 0.15 * float(np.std(log["alpha"])) * generator.standard_normal(log.time.size)

@@ -40,7 +40,7 @@ from aerosid.equation_error.selection.penalties import SelectionCriterion, crite
 from aerosid.equation_error.selection.redundancy import share_a_distance
 from aerosid.equation_error.selection.stepwise import forward_selection, recordings_agree, structure_key
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, structure_without
-from aerosid.equation_error.selection.time_origin import with_other_time_origin
+from aerosid.equation_error.selection.time_origin import DELAY, with_other_time_origin
 from aerosid.equation_error.selection.wald_tests import least_significant
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -249,8 +249,13 @@ def _searched(
         entered = SelectedEffect(hypothesis, kinematic=True, gain=0.0)
         return admitted(estimated, hypothesis) and not off_aircraft(SelectedStructure(estimated, (entered,)))
 
-    found = with_other_time_origin(found, sensors, criterion, on_aircraft)
-    if initial.estimate.point.free:
+    by_kinematics, has_coefficients = found, bool(initial.estimate.point.free)
+    if model.axes != LONGITUDINAL and has_coefficients:
+        delays = [h for h in sensors if h.kind == DELAY]
+        *_, by_kinematics = steps(found, hypotheses=delays, admitted=recordings_agree)
+    judging = coefficients if has_coefficients else None
+    found = with_other_time_origin(found, by_kinematics, sensors, criterion, on_aircraft, judging)
+    if has_coefficients:
         may_replace = share_a_distance if model.axes == LONGITUDINAL else _any_error
         found = choose_by_coefficients(found, sensors, criterion, coefficients, may_replace)
     while (insignificant := least_significant(found.estimate, found.chosen)) is not None:
