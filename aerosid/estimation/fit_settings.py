@@ -168,10 +168,10 @@ class ResidualTestSettings:
         its high-frequency part alone, within 25 %; intermittent noise, as of held samples, leaves more.
     recorded_ratio, recorded_share : float
         What a residual has to exceed where a recorder hides the noise: its ratio to the log's own white noise, 1 (of
-        noise that the recorder colours, up to 1.7 is seen, and up to 6 of a rate sampled at 10 Hz), and its mean square
-        over the variance of the channel in the record, 1. Chosen on eight clean pairs in calm air
-        (benchmarks/turbulent_false_alarms.py, seed 336); the share was lowered from .005 for a simulated gyro that
-        swings by itself (tests/loop/test_identification.py), after seed 338.
+        noise that the recorder colours, up to 1.7 is seen, and up to 6 of a rate sampled at 10 Hz), and the mean square
+        of its means over the time below over the variance of the channel in the record, 1. Chosen on eight clean pairs
+        in calm air (benchmarks/turbulent_false_alarms.py, seed 336); the share was lowered from .005 for a simulated
+        gyro that swings by itself (tests/loop/test_identification.py), after seed 338.
     recorder_memory : float
         Time, s, over whose means such a residual has to be coloured: longer than a recorder's filter remembers, shorter
         than the motion. Found on lateral and six-axis flights with nothing missing, in calm air behind filters of 5 and

@@ -26,10 +26,10 @@ def unexplained_channels(
     """The channels whose residual exceeds their noise and is coloured, which shows a model error.
 
     A sensor's own noise may be coloured too; `noise_memories` distinguishes the two. Where a recorder hides the noise,
-    a residual counts that exceeds the white noise by more, leaves a share of the channel's variance and repeats itself
-    for longer than filtered noise does, of which the last digits of a log may show a twentieth: for
-    `memory` s. Elsewhere it counts with more than the `least_share`, 1, of the channel's variance. `whitened`: the
-    estimate's stretches, where they are known.
+    a residual counts that exceeds the white noise by more and whose means over `memory` s, longer than filtered noise
+    repeats itself, leave a share of the channel's variance and are coloured; the last digits of a log may show a
+    twentieth of such noise. Elsewhere it counts with more than the `least_share`, 1, of the channel's variance.
+    `whitened`: the estimate's stretches, where they are known.
     """
     level = np.sqrt(refinement.variance)
     least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio
@@ -46,8 +46,11 @@ def unexplained_channels(
             ratio = size / manoeuvre.noise[i]
             if size**2 <= least_share * manoeuvre.spread[i] ** 2:
                 continue
-            if noise_hidden and not is_coloured(_means(manoeuvre.flight.time, part.residual[:, i], memory)):
-                continue
+            if noise_hidden:
+                slow = _means(manoeuvre.flight.time, part.residual[:, i], memory)
+                share = float(np.mean(slow**2)) * level[i] ** 2 / manoeuvre.spread[i] ** 2
+                if share <= least_share or not is_coloured(slow):
+                    continue
             if ratio > least and is_coloured(residual):
                 ratios[i] = ratio
         if not ratios:

@@ -79,6 +79,21 @@ def test_noise_that_remembers_less_than_the_means_are_long_is_no_model_error(mem
     assert ("a_z" in slow) is (memory > 1.0)
 
 
+@pytest.mark.parametrize("share", [0.0033, 0.012])
+def test_the_share_of_the_motion_is_that_of_the_slow_part(share: float) -> None:
+    """Of noise with a memory of 1.5 s the means over 1 s have eight tenths of the power, and are coloured."""
+    problem = Problem(elevator="3211", duration=120.0, noise={name: 0.1 * level for name, level in NOISE.items()})
+    log, decay = problem.fly(3), float(np.exp(-problem.interval / 1.5))
+    white = np.random.default_rng(5).standard_normal(log.time.size)
+    noise = lfilter([np.sqrt(1.0 - decay**2)], [1.0, -decay], white)
+    noise = lfilter(*butter(2, 5.0, fs=1.0 / problem.interval), noise)
+    size = np.sqrt(share) * float(np.std(log["a_z"])) / float(np.std(noise))
+    model, manoeuvre = problem.prepared(with_channels(log, a_z=log["a_z"] + size * noise))
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    slow = unexplained_channels(found, [manoeuvre], noise_hidden=True, memory=RESIDUAL_TESTS.sensor_memory)
+    assert ("a_z" in slow) is (share > 0.006)
+
+
 def test_a_residual_counts_only_with_the_least_share_of_the_motion() -> None:
     problem = Problem(undeclared=BOTH_SQUARES)
     model, manoeuvre = problem.prepared(problem.fly())
