@@ -92,6 +92,9 @@ class OfferLimits:
     largest_bias : mapping of str to float
         Largest bias by unit, SI; beyond, the channel is wrong and not biased. Airspeed: three times the 5 kt of 14 CFR
         25.1323; the others chosen.
+    largest_airspeed_bias : float
+        The same of the airspeed over the airspeed, 1, of aircraft slower than fifty metres a second: half its largest
+        scale factor error. By reasoning, after an unmanned aircraft at 17 m/s whose late airspeed was biased by 8.
     largest_scale : mapping of str to float
         Largest scale factor error, 1, by the channel's unit: vanes measure the local flow at the aircraft; airspeed ten
         times the 3 % of 14 CFR 25.1323. Usual errors are in `limit_over_usual`.
@@ -153,6 +156,7 @@ class OfferLimits:
     reach: float = 0.65
     reach_inside: float = 0.5
     largest_bias: Mapping[str, float] = field(default_factory=_biases)
+    largest_airspeed_bias: float = 0.15
     largest_scale: Mapping[str, float] = field(default_factory=_scales)
     largest_inertial_scale: float = 0.5
     furthest_centre: float = 0.5

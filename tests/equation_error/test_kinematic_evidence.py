@@ -1,5 +1,6 @@
 """Instrument errors that neither kinematics nor coefficients identify alone, on planted flights in gusts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,14 @@ from equations_decided import identified
 from scipy.stats import chi2
 
 from aerosid.aircraft import load_aircraft
+from aerosid.effects import ActiveEffect
+from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.sensor import sensor_bias
 from aerosid.equation_error.decision import decide
-from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.candidates import is_instrument_error, with_plausible_limits
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
 from aerosid.equation_error.selection.penalties import KinematicEvidence
+from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks import six_axis_flights
 from benchmarks.field_detection import FIRST, written
@@ -75,3 +80,30 @@ def test_a_lateral_accelerometer_beside_its_place_is_no_term_of_the_side_force()
     (row,) = decide(errors, aircraft.coefficients).findings
     assert (row.hypothesis.kind, row.hypothesis.where) == ("sensor_position", "a_y")
     assert row.value == pytest.approx(plant.positions["a_y"][1], abs=3.0 * row.std_error)
+
+
+@pytest.mark.parametrize("late", [0.3, 0.0])
+def test_without_accelerometers_a_late_airspeed_is_shown_by_the_axial_force(late: float) -> None:
+    """In its place C_X had a term in V_hat or q_hat, with derivatives up to twelve standard errors off."""
+    body, seed = BODIES[1], SEEDS + 80
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(seed))
+    logs = [without_accelerometers(flown(name, body, seed + n, air=0.0), late) for n, name in enumerate("ab")]
+    found = decide(identified(aircraft, logs[:1], logs[1:]), aircraft.coefficients).findings
+    assert [(row.hypothesis.kind, row.hypothesis.where) for row in found] == [("sensor_delay", "V")] * (late > 0.0)
+    assert all(row.value == pytest.approx(late, abs=0.05) for row in found)
+
+
+def without_accelerometers(log: FlightLog, late: float) -> FlightLog:
+    """The log without them, its airspeed late [s]."""
+    airspeed = np.interp(log.time - late, log.time, log["V"])
+    channels = {name: values for name, values in log.channels.items() if name not in ("a_x", "a_z")}
+    units = {name: unit for name, unit in log.units.items() if name in channels}
+    return replace(log, channels=channels | {"V": airspeed}, units=units)
+
+
+@pytest.mark.parametrize(("airspeed", "most"), [(17.0, 2.55), (100.0, 8.0)])
+def test_a_bias_of_the_airspeed_is_at_most_a_part_of_it(airspeed: float, most: float) -> None:
+    bias = ActiveEffect(sensor_bias("V", "m/s", 0.1), (0.0,))
+    hypothesis = with_plausible_limits(Hypothesis("sensor_bias", "V", "", (), (bias,)), 0.3, airspeed)
+    (parameter,) = hypothesis.effects[0].effect.parameters
+    assert (parameter.lowest, parameter.highest) == (pytest.approx(-most), pytest.approx(most))

@@ -16,6 +16,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import EffectParameter, PositionEffect
 from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor_position import SHOWN_BY_PITCHING, farthest_place, sensor_position
+from aerosid.equation_error.equations.channels import AIRSPEED
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import Weights, design_of
 from aerosid.equation_error.regression.estimate import Estimate, Optimum, linear_values, residual_of
@@ -67,10 +68,10 @@ def unit_of(channel: str) -> str:
     return CHANNELS[channel].unit if channel in CHANNELS else ""
 
 
-def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float) -> Hypothesis:
+def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float, airspeed: float) -> Hypothesis:
     """The hypothesis with the limits of usable instruments and flyable aircraft; most have those of their kind.
 
-    `mean_chord`: m.
+    `mean_chord`: m; `airspeed`: m/s, of the slowest record.
     """
     if not hypothesis.effects:
         return hypothesis
@@ -84,6 +85,8 @@ def with_plausible_limits(hypothesis: Hypothesis, mean_chord: float) -> Hypothes
     limit = limits.get(hypothesis.kind)
     if limit is None:
         return hypothesis
+    if hypothesis.where == AIRSPEED and hypothesis.kind == "sensor_bias":
+        limit = min(limit, OFFERED.largest_airspeed_bias * airspeed)
     parameters = (_within(first, limit), *active.effect.parameters[1:])
     return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 

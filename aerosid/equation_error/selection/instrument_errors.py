@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor_position import farthest_place
-from aerosid.equation_error.equations.channels import HEIGHT, KINEMATIC, VANE_OF
+from aerosid.equation_error.equations.channels import AIRSPEED, HEIGHT, KINEMATIC, VANE_OF
 from aerosid.equation_error.equations.points import Point, Unknown
 from aerosid.equation_error.equations.recording import has_inertial_path
 from aerosid.equation_error.equations.regular_recordings import read_recordings
@@ -181,7 +181,8 @@ def identify_instrument_errors(
     channels = list(dict.fromkeys(c for r in recordings for c in r.channels))
     given_names = {distinct_name(hypothesis) for hypothesis in hypotheses}
     all_hypotheses = (*hypotheses, *(h for h in position_hypotheses(channels) if distinct_name(h) not in given_names))
-    testable = tuple(with_plausible_limits(h, model.constants.mean_chord) for h in all_hypotheses if is_testable(h))
+    chord, airspeed = model.constants.mean_chord, min(float(np.mean(r.as_measured(AIRSPEED))) for r in recordings)
+    testable = tuple(with_plausible_limits(h, chord, airspeed) for h in all_hypotheses if is_testable(h))
     start = Point(model, tuple(free), tuple(given))
     problem = RegressionProblem(recordings, KINEMATIC, settings)
     coefficients = CoefficientCheck(coefficients_of_all(recordings, settings, model), start)
@@ -199,7 +200,7 @@ def identify_instrument_errors(
         (*_, initial) = error_free, *itertools.takewhile(functools.partial(_has_none, names), path)
     # Alternatives are limited to the aircraft's size from the start; a search may pass beyond it.
     declared = {name: each.position(name) for each in recordings for name in each.channels}
-    testable = tuple(with_aircraft_limits(h, declared, model.constants.mean_chord, length) for h in testable)
+    testable = tuple(with_aircraft_limits(h, declared, chord, length) for h in testable)
     return InstrumentErrors(start, testable, error_free.estimate, found, criterion)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -43,20 +44,23 @@ class KinematicEvidence:
         In ln L of those equations at these values.
     credit : float
         Part of that gain that counts towards the penalty.
+    least : float
+        Least value of the first parameter that is told from the errors of the equations that are to show it.
     """
 
     values: tuple[float, ...]
     covariance: Array
     gain: float
     credit: float
+    least: float = -math.inf
 
     def gain_at(self, values: Sequence[float]) -> float:
         """Gain in ln L at other values, to second order."""
         return self.gain - 0.5 * self._distance(values)
 
     def agrees(self, values: Sequence[float], deviations: float) -> bool:
-        """Whether other values lie within a number of standard deviations."""
-        return self._distance(values) <= deviations**2
+        """Whether other values lie within a number of standard deviations, and are not too small to be told."""
+        return values[0] >= self.least and self._distance(values) <= deviations**2
 
     def _distance(self, values: Sequence[float]) -> float:
         if self.is_uninformative:
