@@ -110,8 +110,9 @@ def needs_no_support(hypothesis: Hypothesis, axes: Axes) -> bool:
 
     In pitch alone a position of an accelerometer is told from a late vane by little else than kinematics.
     """
-    is_along_one_axis = hypothesis.parameters == 1 and _is_position_of_accelerometer(hypothesis)
-    return affects_all_coefficients(hypothesis) or (is_along_one_axis and axes != LONGITUDINAL)
+    is_few = hypothesis.parameters == 1 or hypothesis.where == MEASURED_BY[SIDE_FORCE]
+    is_place = is_few and _is_position_of_accelerometer(hypothesis)
+    return affects_all_coefficients(hypothesis) or (is_place and axes != LONGITUDINAL)
 
 
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
