@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerosid.compatibility.flight_path import GIVEN, OBSERVED
+from aerosid.compatibility.noise_levels import plausible_noise
 from aerosid.compatibility.recording import Recording
 from aerosid.compatibility.remedies import OFFSETS, sign_and_unit_remedies, unit_remedies
-from aerosid.logs.channel_noise import channel_noise
+from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.logs.flight_log import ChannelSource
 from aerosid.nomenclature import CHANNELS
 
@@ -87,7 +88,7 @@ def other_units_of_both_accelerations(windows: Recording) -> Iterator[Alteration
         yield Alteration(ACCELERATIONS, words.replace("its", "their", 1), changed)
 
 
-def exchanged_channels(windows: Recording) -> Iterator[Alteration]:
+def exchanged_channels(windows: Recording, settings: ContradictionSettings) -> Iterator[Alteration]:
     """Each pair of channels of one unit exchanged, where the log has both."""
     log = windows.log
     for pair in EXCHANGEABLE:
@@ -96,7 +97,7 @@ def exchanged_channels(windows: Recording) -> Iterator[Alteration]:
         changed = windows
         for name, other in (pair, pair[::-1]):
             if name in (*GIVEN, *windows.outputs):
-                noise = windows.noise[other] if other in windows.noise else channel_noise(log, other).deviation
+                noise = windows.noise[other] if other in windows.noise else plausible_noise(log, other, settings)
                 changed = _replaced(changed, name, _as_recorded(windows, other), noise)
         yield Alteration(pair, "when exchanged with each other", changed)
 

@@ -37,6 +37,7 @@ from aerosid.compatibility.misfits import (
     misfits_of,
     suspect_outputs,
 )
+from aerosid.compatibility.noise_levels import with_plausible_noise
 from aerosid.compatibility.recording import STRETCHES, Recording, compacted, most_excited, shows_motion
 from aerosid.compatibility.remedies import unit_remedies
 from aerosid.compatibility.settings import ContradictionSettings
@@ -65,7 +66,7 @@ def contradictions(
 
 def _contradiction(recording: Recording, settings: ContradictionSettings) -> Contradiction | None:
     """The contradiction of one recording; None where there is none."""
-    windows = _windows(recording, settings)
+    windows = _windows(with_plausible_noise(recording, settings), settings)
     if windows is None:
         return None
     misfits = misfits_of(windows, settings)

@@ -75,7 +75,7 @@ def gross_error(
     clocks = _clocks(windows, settings, suspects) if rival is None else ()
     tried = [
         (score, alteration)
-        for alteration in (*_discrete(windows), *clocks)
+        for alteration in (*_discrete(windows, settings), *clocks)
         if (score := _score(windows, settings, alteration, as_recorded)) is not None
     ]
     least = min((score for score, _ in tried), default=np.inf)
@@ -162,14 +162,14 @@ def _total(recording: Recording, misfits: Misfits) -> float:
     return float(np.sum(np.log(ratios)))
 
 
-def _discrete(windows: Recording) -> Iterator[Alteration]:
+def _discrete(windows: Recording, settings: ContradictionSettings) -> Iterator[Alteration]:
     """Other signs, units and offsets, and exchanged channels.
 
     Units of airspeed and height are left out: a scale factor error is near one of their ratios by chance.
     """
     yield from other_signs_and_units(windows, (*DRIVING, *(name for name in windows.outputs if name not in ("V", "h"))))
     yield from other_units_of_both_accelerations(windows)
-    yield from exchanged_channels(windows)
+    yield from exchanged_channels(windows, settings)
 
 
 def _clocks(windows: Recording, settings: ContradictionSettings, suspects: Sequence[str]) -> Iterator[Alteration]:

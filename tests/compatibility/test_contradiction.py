@@ -11,6 +11,7 @@ import pytest
 from contradicted_logs import judged, late
 from problems import BOTH_SQUARES, LIGHT, Problem, with_channels
 from pypdf import PdfReader
+from scipy.signal import savgol_filter
 
 from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.bundled import bundled_folder
@@ -20,12 +21,15 @@ from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.verdict import Verdict
 from aerosid.reporting import write_report
-from benchmarks.turbulent_flights import BODIES, flown
+from benchmarks.turbulent_flights import BODIES, Wrong, flown
 
 SEEDS = 8_300
 """Of flights in turbulence; published tables and trials begin elsewhere."""
 
 G = 9.80665
+SLOW = {"V": 10.0, "h": 5.0}
+"""Hz; rates of the airspeed and height of a small unmanned aircraft."""
+
 FLOWN = Problem(undeclared=BOTH_SQUARES, elevator="3211", duration=15.0, amplitude=0.06)
 
 
@@ -180,6 +184,37 @@ def test_consistent_flights_have_no_contradiction_even_in_strong_noise() -> None
     for seed, elevator in enumerate(("3211", "doublet", "none")):
         noise = {name: 4.0 * value for name, value in FLOWN.noise.items()}
         assert not judged(replace(FLOWN, elevator=elevator, noise=noise).fly(seed))
+
+
+@pytest.mark.parametrize("as_recorded", ["held", "interpolated", "smoothed"])
+def test_late_slow_channels_without_noise_of_their_own_are_no_contradiction(as_recorded: str) -> None:
+    """By a noise of nought the path followed airspeed and height through gusts and delay; theta and alpha were bent."""
+    wrong = Wrong(delay={"V": 0.25, "h": 0.3})
+    log = flown("a", BODIES[1], SEEDS + 10, air=0.5, wrong=wrong, seconds=16.0, interval=0.02)
+    assert not judged(log)
+    assert not judged(with_channels(log, **{name: _slow(log, name, hz, as_recorded) for name, hz in SLOW.items()}))
+
+
+@pytest.mark.parametrize("as_recorded", ["held", pytest.param("interpolated", marks=pytest.mark.slow)])
+def test_an_airspeed_in_another_unit_is_named_where_it_is_slow(log: FlightLog, as_recorded: str) -> None:
+    slow = with_channels(log, **{name: _slow(log, name, hz, as_recorded) for name, hz in SLOW.items()})
+    assert not judged(slow)
+    (found,) = judged(with_channels(slow, V=slow["V"] / 3.6))
+    assert found.channels == ("V",)
+    assert "m/s and not km/h (a factor of 3.600)" in found.sentence
+
+
+def _slow(log: FlightLog, name: str, hz: float, as_recorded: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """A channel whose instrument gives `hz` samples a second, in a faster log."""
+    every = round(1.0 / (hz * float(np.median(np.diff(log.time)))))
+    values = log[name]
+    match as_recorded:
+        case "held":
+            return np.asarray(values[np.arange(values.size) // every * every])
+        case "interpolated":
+            return np.asarray(np.interp(log.time, log.time[::every], values[::every]))
+        case _:
+            return np.asarray(savgol_filter(savgol_filter(values, 41, 3), 41, 3))
 
 
 def test_a_loop_on_contradicting_channels_estimates_no_aerodynamics_and_reports_why(
