@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from equations_decided import identified
+from problems import with_channels
 from scipy.stats import chi2
 
 from aerosid.aircraft import load_aircraft
@@ -66,6 +67,19 @@ def test_a_pitot_bias_without_kinematic_evidence_is_identified_by_the_forces(tmp
     (row,) = decide(errors, aircraft.coefficients).findings
     assert row.hypothesis.label == ("sensor_bias", "V", "")
     assert abs(row.value - 1.66) < 3.0 * row.std_error
+
+
+def test_a_longitudinal_accelerometer_below_its_place_is_no_displaced_centre_of_gravity() -> None:
+    """In gusts kinematics hide it; the centre of gravity, which moves the moment too, is at most its alternative."""
+    body, below = BODIES[3], 0.3
+    logs = [flown(name, body, SEEDS + 60 + n, air=0.5, seconds=30.0) for n, name in enumerate("ab")]
+    logs = [with_channels(log, a_x=log["a_x"] + below * np.gradient(log["q"], log.time)) for log in logs]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    errors = identified(aircraft, logs[:1], logs[1:])
+    assert not errors.selected.chosen
+    (row,) = decide(errors, aircraft.coefficients).findings
+    assert row.hypothesis.label == ("sensor_position", "a_x", "")
+    assert row.value == pytest.approx(below, abs=3.0 * row.std_error)
 
 
 def test_a_lateral_accelerometer_beside_its_place_is_no_term_of_the_side_force() -> None:

@@ -4,13 +4,14 @@ In moving air the time delay of a vane, the bias of a pitot tube or the position
 part of the residual of its kinematic equation, and a large part of the residuals of the coefficients. Coefficients
 alone cannot identify an instrument error: unsteady lift has the same signature. Where kinematics support the error too,
 with the same parameters, the likelihoods of both are multiplied (independent measurements; Klein & Morelli, Aircraft
-System Identification, eq. 5.31). Two errors are candidates without kinematic support, and must agree with the
+System Identification, eq. 5.31). Three errors are candidates without kinematic support, and must agree with the
 kinematics. The bias of airspeed acts on every coefficient by one parameter, where terms would need one each. A position
-of the lateral accelerometer along one axis acts on the side force by an angular acceleration, of which no term is a
-function: several terms of the moments' would be needed, and gusts on the vane hide it in the kinematics of a large
-aircraft. Where no vane measures sideslip it is estimated from the coefficients alone: there the path is the
-accelerometer's own. So is a time delay of the airspeed where no accelerometer gives it a path to be compared with: the
-axial force is then formed from its rate.
+of the lateral accelerometer acts on the side force by angular accelerations, of which no term is a function: several terms of the moments' would be needed, and gusts on the vane hide it in the kinematics of a large
+aircraft. So does one of the longitudinal accelerometer above or below its place on the axial force, in pitch alone too:
+a displaced centre of gravity, which kinematics do not show either, would be named in its place. Where no vane measures
+sideslip the lateral one is estimated from the coefficients alone: there the path is the accelerometer's own. So is a
+time delay of the airspeed where no accelerometer gives it a path to be compared with: the axial force is then formed
+from its rate.
 """
 
 from __future__ import annotations
@@ -46,6 +47,9 @@ LEAST_DELAY = 0.15
 """Design: least delay of the airspeed, s, that the axial force shows by itself. A late airspeed adds nearly a part of
 C_X alpha, and the noise of the air data takes as much as a delay of .02 s adds, of one aircraft .1 s (flights of
 benchmarks/turbulent_flights.py without accelerometers in calm air, seeds 940000 to 960000)."""
+
+AXIAL_FORCE = "C_X"
+"""The coefficient affected by the height of its accelerometer."""
 
 PROMISING = 0.5
 """Numerical: fraction of the required gain in ln L that a candidate must have to first order to be fitted."""
@@ -108,11 +112,12 @@ def _is_unobserved(hypothesis: Hypothesis, compared: Collection[str]) -> bool:
 def needs_no_support(hypothesis: Hypothesis, axes: Axes) -> bool:
     """Whether coefficients alone may show an error that kinematics do not contradict: no few terms stand for it.
 
-    In pitch alone a position of an accelerometer is told from a late vane by little else than kinematics.
+    In pitch alone a position of the normal accelerometer is told from a late vane by little else than kinematics.
     """
     is_few = hypothesis.parameters == 1 or hypothesis.where == MEASURED_BY[SIDE_FORCE]
     is_place = is_few and _is_position_of_accelerometer(hypothesis)
-    return affects_all_coefficients(hypothesis) or (is_place and axes != LONGITUDINAL)
+    is_told_apart = axes != LONGITUDINAL or hypothesis.where == MEASURED_BY[AXIAL_FORCE]
+    return affects_all_coefficients(hypothesis) or (is_place and is_told_apart)
 
 
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
