@@ -6,12 +6,12 @@ alone cannot identify an instrument error: unsteady lift has the same signature.
 with the same parameters, the likelihoods of both are multiplied (independent measurements; Klein & Morelli, Aircraft
 System Identification, eq. 5.31). Three errors are candidates without kinematic support, and must agree with the
 kinematics. The bias of airspeed acts on every coefficient by one parameter, where terms would need one each. A position
-of the lateral accelerometer acts on the side force by angular accelerations, of which no term is a function: several terms of the moments' would be needed, and gusts on the vane hide it in the kinematics of a large
-aircraft. So does one of the longitudinal accelerometer above or below its place on the axial force, in pitch alone too:
-a displaced centre of gravity, which kinematics do not show either, would be named in its place. Where no vane measures
-sideslip the lateral one is estimated from the coefficients alone: there the path is the accelerometer's own. So is a
-time delay of the airspeed where no accelerometer gives it a path to be compared with: the axial force is then formed
-from its rate.
+of the lateral accelerometer acts on the side force by angular accelerations, of which no term is a function: several
+terms of the moments' would be needed, and gusts on the vane hide it in the kinematics of a large aircraft. So does one
+of the longitudinal accelerometer above or below its place on the axial force, in pitch alone too: a displaced centre of
+gravity, which kinematics do not show either, would be named in its place. Where no vane measures sideslip the lateral
+one is estimated from the coefficients alone: there the path is the accelerometer's own. So is a time delay of the
+airspeed where no accelerometer gives it a path to be compared with: the axial force is then formed from its rate.
 """
 
 from __future__ import annotations
