@@ -16,9 +16,9 @@ from aerosid.loop.equation_error_notes import (
     note_on_calibration,
     note_on_damping,
     note_on_delay,
-    note_on_hidden_noise,
     note_on_near_significant,
     note_on_regressor_errors,
+    note_on_residuals,
     note_on_supported_error,
     note_on_vane,
     notes_on_bridged_holes,
@@ -76,21 +76,22 @@ def identified_by_equations(
     )
     hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
     calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
-    dependence = _dependence(decision) if hidden else None
-    still = hidden and not (decision.turbulence or may_be_turbulent(decision.completed))
+    suspected = not decision.turbulence and may_be_turbulent(decision.completed)
+    dependence = _dependence(decision) if hidden or suspected else None
+    still = hidden and not (decision.turbulence or suspected)
 
     def finished(found: Attribution) -> Attribution:
         found = with_turbulence_innovations(found, search)
         found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
         found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
-        return replace(found, noise_hidden=True, dependence=dependence, still_air=still) if hidden else found
+        return replace(found, noise_hidden=hidden, dependence=dependence, still_air=still)
 
     result = finished(output_error_in_calm_air(found, decision, search, noise_hidden=hidden) if calm else found)
     if calm and hidden and problem.others:
         result = replace(result, by_regression=finished(found))
     notes = _notes(decision, problem)
-    if hidden:
-        notes = (*notes, note_on_hidden_noise(result))
+    if hidden or dependence is not None:
+        notes = (*notes, note_on_residuals(result))
     return EquationErrorResult(result, search, notes, decision)
 
 

@@ -195,9 +195,13 @@ def note_on_damping(damping: DampingCollinearity) -> str:
     return f"{text}, and alphadot accounts for {listed(others)}; the standard errors do not include this."
 
 
-def note_on_hidden_noise(found: Attribution) -> str:
-    """Note on what counts as a residual where a recorder hides the noise."""
-    hidden = "The recorder filters or colours every channel:"
+def note_on_residuals(found: Attribution) -> str:
+    """Note on what counts as a residual where a recorder hides the noise, or gusts are suspected and not identified."""
+    hidden = (
+        "The recorder filters or colours every channel:"
+        if found.noise_hidden
+        else "Vane and lift together suggest gusts, too small to be identified:"
+    )
     if found.dependence is not None:
         alarms = number(100.0 * DEPENDENCE.false_alarm, 1)
         logs = listed(list(dict.fromkeys(row.recording for row in found.dependence)))

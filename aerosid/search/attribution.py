@@ -82,8 +82,8 @@ class Attribution:
         Whether a recorder that filters or colours all channels hides their noise: the last digits of a log then do not
         show it.
     dependence : tuple of ControlDependence, optional
-        Test of each coefficient's residual against the controls, where a recorder hides the noise; None where
-        residuals are compared with the noise alone.
+        Test of each coefficient's residual against the controls, where a recorder hides the noise or gusts are
+        suspected that are too small to be identified; None where residuals are compared with the noise alone.
     still_air : bool
         Whether, with that test, neither vanes nor forces show that the air may move: a slow residual is then no gust.
     """

@@ -25,7 +25,7 @@ from aerosid.equation_error.selection.control_dependence import (
 )
 from aerosid.equation_error.selection.turbulence import may_be_turbulent
 from aerosid.logs.flight_log import FlightLog
-from aerosid.loop.equation_error_notes import note_on_hidden_noise
+from aerosid.loop.equation_error_notes import note_on_residuals
 from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
 from benchmarks import turbulent_flights
@@ -211,10 +211,33 @@ def test_turbulence_behind_a_recorder_is_no_residual_and_a_dependence_on_the_con
     lacking = replace(found, dependence=(*found.dependence, ControlDependence("a", "C_m", 1e-6, 0.05)))
     assert judge(lacking, identified.manoeuvres, identified.validation) == (Verdict.PARTLY_EXPLAINED, True)
     told = (
-        note_on_hidden_noise(found),
-        note_on_hidden_noise(lacking),
-        note_on_hidden_noise(replace(found, dependence=None)),
+        note_on_residuals(found),
+        note_on_residuals(lacking),
+        note_on_residuals(replace(found, dependence=None)),
     )
     assert "none does significantly and by 0.3 % of its variance (least p-value" in told[0]
     assert "C_m of a (p-value 1.0·10⁻⁶, 5.0 % of its variance)" in told[1]
     assert "is part of the innovations" in told[2]
+
+
+@pytest.mark.parametrize("wrong", [NOTHING, Wrong(elevator_delay=0.1)], ids=["complete", "late"])
+def test_gusts_too_small_to_be_identified_are_no_residual_where_the_noise_is_known(wrong: Wrong) -> None:
+    """They are in every open-loop error; a height recorded without a filter says that the noise of the log is known."""
+    body = BODIES[4]
+    logs = [with_unfiltered_height(log_of(body, seed, wrong, air=0.1), seed) for seed in (340, 341)]
+    identified = identify(logs[:1], aircraft_of(body, 0.08, np.random.default_rng(SEEDS)), logs[1:])
+    found = identified.found
+    assert found is not None
+    assert not found.noise_hidden
+    if wrong is NOTHING:
+        assert found.dependence is not None
+        assert judge(found, identified.manoeuvres, identified.validation) == (Verdict.NOTHING_MISSING, False)
+        assert "suggest gusts, too small to be identified" in note_on_residuals(found)
+    else:
+        assert [(row.kind, row.where) for row in found.findings] == [("control_delay", "delta_e")]
+
+
+def with_unfiltered_height(log: FlightLog, seed: int) -> FlightLog:
+    """The log with white noise of 1.5 m in its height."""
+    noise = 1.5 * np.random.default_rng(seed).standard_normal(log.time.size)
+    return replace(log, channels={**log.channels, "h": log["h"] + noise})

@@ -113,23 +113,18 @@ def _in_place_of(hypothesis: Hypothesis, chosen: Sequence[SelectedEffect]) -> li
 
 def _without(selected: PlacedVane, instead: Sequence[SelectedEffect]) -> PlacedVane:
     """The structure without some errors and terms, all else re-estimated, the vane as declared."""
-    identified, coefficients = selected.identified, selected.coefficients
-    errors = len(identified.estimate.point.effects)
+    identified, found = selected.identified, selected.coefficients
+    others = found.point.effects[len(identified.estimate.point.effects) :]
     for each in instead:
-        if each in identified.chosen:
+        if each.kinematic:
             identified = structure_without(identified, each)
-    point = coefficients.point
+    errors = kinematic_errors(identified.estimate)
+    point = replace(found.point, effects=(*errors.effects, *others))
     for each in instead:
-        if each not in selected.identified.chosen:
+        if not each.kinematic:
             point = point_without(point, each.hypothesis)
-    rest = point.effects[errors:]
-    point = replace(point, effects=(*identified.estimate.point.effects, *rest))
-    reduced = estimate(
-        coefficients.problem, with_errors_held(point, identified.estimate.point.effects), coefficients.solution.weights
-    )
-    return replace(
-        selected, identified=identified, errors=kinematic_errors(identified.estimate), coefficients=reduced
-    ).moved_to(0.0)
+    reduced = estimate(found.problem, with_errors_held(point, errors.effects), found.solution.weights)
+    return replace(selected, identified=identified, errors=errors, coefficients=reduced).moved_to(0.0)
 
 
 @dataclass(frozen=True)
