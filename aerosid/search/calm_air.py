@@ -56,7 +56,7 @@ def output_error_in_calm_air(
         Where it cannot be simulated over the whole record.
     """
     plain = _with_record_constants(found.before, found.before.effects, {}, search.manoeuvres)
-    declared_fit = begun(partial(_transferable_fit, plain, search.manoeuvres))
+    declared_fit = begun(lambda: TransferredFit.of(refine_on(plain, search.manoeuvres)))
     measured_by_kinematics = _measured(decision)
     measured = {
         active: errors for active, errors in measured_by_kinematics.items() if not KINDS[active.effect.kind].is_bias
@@ -79,7 +79,8 @@ def output_error_in_calm_air(
         failed[_key(eliminated)] = eliminated
         effects = without_eliminated(effects, completed.effects, eliminated)
         start = search.reduced_structure(replace(completed, effects=effects), [eliminated])
-    before, _ = _with_measured_values_held(plain, declared_fit(), found.before.effects, {}, search.manoeuvres)
+    before = declared_fit().refinement(plain.model, plain.free, plain.effects)
+    before = _with_measured_values_held(before, found.before.effects, {}, search.manoeuvres)
     by_key = {_key(part): part for part in parts}
     rows = {(row.kind, row.where, row.term, row.log, row.ordinal): row for row in found.findings}
     return replace(
@@ -138,7 +139,9 @@ def without_eliminated(
 
 def _re_estimated(start: Refinement, *, measured: Measured, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
     """The estimate of a reduced structure, the constants of its records free again."""
-    return _estimated(start, _of_aircraft(start), measured, manoeuvres)[0]
+    effects = _of_aircraft(start)
+    fit = refine_on(_with_record_constants(start, effects, measured, manoeuvres), manoeuvres)
+    return _with_measured_values_held(fit, effects, measured, manoeuvres)
 
 
 def _deviations(
@@ -176,9 +179,9 @@ def _estimated(
     In the result neither the constants of single records nor the measured values are free; its standard deviations
     contain those of the measured values, and, with a `regression`, what that shows of unmodelled forces.
     """
-    extended = _with_record_constants(start, effects, measured, manoeuvres)
-    fit = _transferable_fit(extended, manoeuvres)
-    found, uncertainty = _with_measured_values_held(extended, fit, effects, measured, manoeuvres)
+    fit = refine_on(_with_record_constants(start, effects, measured, manoeuvres), manoeuvres)
+    uncertainty = _with_deviations_of_measured_values(deviations(fit, manoeuvres), fit, effects, measured)
+    found = _with_measured_values_held(fit, effects, measured, manoeuvres)
     return found, uncertainty if regression is None else _with_model_error(uncertainty, found, regression)
 
 
@@ -196,45 +199,28 @@ def _with_record_constants(
     return replace(start, model=with_columns_of(start.model, constants), effects=(*acting, *constants))
 
 
-def _transferable_fit(extended: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[TransferredFit, Deviations]:
-    """The maximum-likelihood estimate with its standard deviations, in a form to transfer between processes."""
-    found = refine_on(extended, manoeuvres)
-    return TransferredFit.of(found), deviations(found, manoeuvres)
-
-
 def _with_measured_values_held(
-    extended: Refinement,
-    fit: tuple[TransferredFit, Deviations],
-    effects: Sequence[ActiveEffect],
-    measured: Measured,
-    manoeuvres: Sequence[Manoeuvre],
-) -> tuple[Refinement, Deviations]:
-    """An estimate that started at `extended`, with the constants of single records and the measured values held."""
-    transferred, uncertainty = fit
-    found = transferred.refinement(extended.model, extended.free, extended.effects)
-    effects_of_result: list[ActiveEffect] = []
-    corrected: list[NDArray[np.float64]] = []
-    white: list[NDArray[np.float64]] = []
+    fit: Refinement, effects: Sequence[ActiveEffect], measured: Measured, manoeuvres: Sequence[Manoeuvre]
+) -> Refinement:
+    """An estimate of these effects and constants of single records, neither the constants nor measured values free."""
+    own = [given if given in measured else moved for given, moved in zip(effects, fit.effects, strict=False)]
+    constants = [frozen(moved) for moved in fit.effects[len(effects) :]]
+    return with_initial_states(fit.model, fit.free, (*own, *constants), manoeuvres)
+
+
+def _with_deviations_of_measured_values(
+    uncertainty: Deviations, fit: Refinement, effects: Sequence[ActiveEffect], measured: Measured
+) -> Deviations:
+    """The standard deviations of such an estimate, of the effects alone: measured values have those of kinematics."""
+    corrected: list[NDArray[np.float64]] = [np.zeros(0)]
+    white: list[NDArray[np.float64]] = [np.zeros(0)]
     first = 0
-    for i, active in enumerate(found.effects):
-        here = slice(first, first + active.slopes)
-        first += active.slopes
-        if i >= len(effects):
-            effects_of_result.append(frozen(active))
-        elif effects[i] in measured:
-            effects_of_result.append(effects[i])
-            corrected.append(measured[effects[i]])
-            white.append(measured[effects[i]])
-        else:
-            effects_of_result.append(active)
-            corrected.append(uncertainty.effects[here])
-            white.append(uncertainty.effects_white[here])
-    uncertainty = replace(
-        uncertainty,
-        effects=np.concatenate([np.zeros(0), *corrected]),
-        effects_white=np.concatenate([np.zeros(0), *white]),
-    )
-    return with_initial_states(found.model, found.free, effects_of_result, manoeuvres), uncertainty
+    for given, moved in zip(effects, fit.effects, strict=False):
+        here = slice(first, first + moved.slopes)
+        first += moved.slopes
+        corrected.append(measured[given] if given in measured else uncertainty.effects[here])
+        white.append(measured[given] if given in measured else uncertainty.effects_white[here])
+    return replace(uncertainty, effects=np.concatenate(corrected), effects_white=np.concatenate(white))
 
 
 def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> Finding:
