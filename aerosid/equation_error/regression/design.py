@@ -279,6 +279,14 @@ def compared(design: Design, white: Array, bases: Sequence[Array | None]) -> Arr
     return out
 
 
+def coordinates(design: Design, white: Array, bases: Sequence[Array | None]) -> Array:
+    """Whitened rows (R, K) as `compared` in fewer: each segment's coordinates in its whitened instruments."""
+    if all(basis is None for basis in bases):
+        return white
+    parts = (white[design.rows(s)] for s in range(len(bases)))
+    return np.concatenate([part if basis is None else basis.T @ part for part, basis in zip(parts, bases, strict=True)])
+
+
 def compared_columns(design: Design, columns: Array, weights: Weights) -> Array:
     """Further columns (R, K), whitened and compared as those of the design are: beside a solution's slopes."""
     return compared(design, whiten(design, columns, weights), whitened_instruments(design, weights))

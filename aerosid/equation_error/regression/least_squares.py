@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from aerosid.equation_error.regression.design import (
     Design,
     Weights,
     compared,
+    coordinates,
     residual_weights,
     uses_no_instruments,
     weights_of_white_noise,
@@ -26,13 +28,30 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class ComparedColumns:
+    """Whitened columns (R, P), projected when they are asked for: most solutions are those of a search's next step."""
+
+    design: Design
+    white: Array
+    bases: Sequence[Array | None]
+
+    @cached_property
+    def columns(self) -> Array:
+        """Each segment's columns, projected on its whitened instruments."""
+        return compared(self.design, self.white, self.bases)
+
+    def beside(self, projected: Array) -> ComparedColumns:
+        """The columns beside further ones (R, K), whitened and projected."""
+        return ComparedColumns(self.design, np.column_stack([self.columns, projected]), (None,) * len(self.bases))
+
+
+@dataclass(frozen=True)
 class Solution:
     """Generalised least squares at given weights, and its likelihood.
 
     `values` (P,) of the unknowns, `covariance` (P, P) with the innovations' sizes, `residuals` (R,), `log_likelihood`
-    of all segments, `whitened` (R,) innovations over their sizes and `slopes` (R, P) the whitened columns, each
-    segment's projected on its instrumental variables; `penalty`: reduction of ln L by the unknowns' prior, by
-    disagreement with declared values and by the determinant of the motion's density.
+    of all segments, `whitened` (R,) innovations over their sizes; `compared` the whitened columns; `penalty`: reduction
+    of ln L by the unknowns' prior, by disagreement with declared values and by the determinant of the motion's density.
     """
 
     values: Array
@@ -41,16 +60,21 @@ class Solution:
     weights: Weights
     log_likelihood: float
     whitened: Array = field(repr=False)
-    slopes: Array = field(repr=False)
+    compared: ComparedColumns = field(repr=False)
     penalty: float = 0.0
+
+    @property
+    def slopes(self) -> Array:
+        """The whitened columns (R, P), each segment's projected on its instrumental variables."""
+        return self.compared.columns
 
 
 def solve(design: Design, weights: Weights) -> Solution:
     """Generalised least squares at given weights; unidentifiable unknowns stay zero with infinite deviation."""
     white = whiten(design, design.target_and_columns, weights)
     bases = whitened_instruments(design, weights)
-    y, x = white[:, 0], compared(design, white[:, 1:], bases)
-    gram, information = design.normal_equations(x, y)
+    rows = coordinates(design, white, bases)
+    gram, information = design.normal_equations(rows[:, 1:], rows[:, 0])
     if design.declared is not None and design.declared.inform:
         places, precisions = design.declared.places, design.declared.precisions
         gram[places, places] += precisions
@@ -61,7 +85,7 @@ def solve(design: Design, weights: Weights) -> Solution:
     values, log_determinant = covariance @ information, 0.0
     if design.density is not None:
         values, log_determinant = design.density.likeliest(values, covariance)
-    innovations = y - white[:, 1:] @ values
+    innovations = white[:, 0] - white[:, 1:] @ values
     residuals = design.target - design.columns @ values
     penalty = 0.5 * float(np.sum((design.inverse_deviations * values) ** 2)) - log_determinant
     if design.expected is not None:
@@ -75,7 +99,7 @@ def solve(design: Design, weights: Weights) -> Solution:
         weights,
         sum(log_likelihoods(design, innovations, weights, bases)) - penalty,
         innovations,
-        x,
+        ComparedColumns(design, white[:, 1:], bases),
         penalty,
     )
 

@@ -326,7 +326,7 @@ def with_instrument_errors(
         found.solution,
         values=np.append(found.solution.values, free_values(errors.effects)),
         covariance=_joint(found.solution.covariance, sensitivities, errors.covariance),
-        slopes=np.column_stack([found.solution.slopes, white]),
+        compared=found.solution.compared.beside(white),
     )
     design = found.design.extended(columns, [("effect", i, k) for i, k in free])
     return Estimate(found.problem, point, design, solution), _joint(covariance, sensitivities, errors.covariance)
