@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,13 +63,46 @@ class WindowFit:
 
 
 @dataclass(frozen=True)
+class _Windows:
+    """The samples of W windows, one window after the other.
+
+    `places` (R,) in the recording; `parts` (W) the samples of each window; `time` (R,); `measured`, `compared` (R, 4).
+    """
+
+    recording: Recording
+    places: NDArray[np.int64]
+    parts: tuple[slice, ...]
+    time: Array
+    measured: Array
+    compared: NDArray[np.bool_]
+
+    @cached_property
+    def counts(self) -> NDArray[np.int64]:
+        """Samples (4,) that are compared."""
+        return np.asarray(np.count_nonzero(self.compared, axis=0))
+
+
+def _windows_of(recording: Recording) -> _Windows:
+    edges = np.cumsum([0, *(stretch.stop - stretch.start for stretch in recording.stretches)]).tolist()
+    places = np.concatenate([np.arange(stretch.start, stretch.stop) for stretch in recording.stretches])
+    return _Windows(
+        recording,
+        places,
+        tuple(itertools.starmap(slice, itertools.pairwise(edges))),
+        recording.time[places],
+        recording.measured[places],
+        recording.compared[places],
+    )
+
+
+@dataclass(frozen=True)
 class _Point:
-    """Instrument errors and initial states (4,), with each window's residuals and their derivatives."""
+    """Instrument errors and initial states (W, 4), with the residuals (R, 4) of all windows and their derivatives."""
 
     effects: tuple[ActiveEffect, ...]
-    states: tuple[Array, ...]
-    residuals: tuple[Array, ...]
-    columns: tuple[Array, ...]
+    states: Array
+    residuals: Array
+    columns: Array
 
 
 def fit_windows(
@@ -89,19 +124,20 @@ def fit_windows(
     """
     floor = settings.least_variance * _starting_variance(recording)
     variance = floor / settings.least_variance
-    point = _evaluate(recording, tuple(effects), first_states(recording))
-    cost = _cost(recording, point, variance)
+    windows = _windows_of(recording)
+    point = _evaluate(windows, tuple(effects), np.array(first_states(recording)))
+    cost = _cost(windows, point, variance)
     for _ in range(settings.rounds):
         before = cost
-        point = _improved(recording, point, variance, settings)
-        updated = np.maximum(_mean_squares(recording, point), floor)
+        point = _improved(windows, point, variance, settings)
+        updated = np.maximum(_mean_squares(windows, point), floor)
         if np.allclose(updated, variance, rtol=settings.variance_tolerance, atol=0.0):
             break
         variance = updated
-        cost = _cost(recording, point, variance)
+        cost = _cost(windows, point, variance)
         if abs(before - cost) < settings.cost_tolerance:
             break
-    return WindowFit(point.residuals)
+    return WindowFit(tuple(point.residuals[part] for part in windows.parts))
 
 
 def true_inputs(recording: Recording, effects: Sequence[ActiveEffect]) -> Array:
@@ -132,25 +168,25 @@ def _starting_variance(recording: Recording) -> Array:
     return variance
 
 
-def _evaluate(recording: Recording, effects: tuple[ActiveEffect, ...], states: Sequence[Array]) -> _Point:
+def _evaluate(windows: _Windows, effects: tuple[ActiveEffect, ...], states: Array) -> _Point:
+    recording = windows.recording
     given = true_inputs(recording, effects)
     directions, places = _directions(recording, effects, given)
     x_arm, _, z_arm = recording.positions.get("alpha", (0.0, 0.0, 0.0))
-    residuals, columns = [], []
-    for stretch, state in zip(recording.stretches, states, strict=True):
-        here, along = np.ascontiguousarray(given[stretch]), np.ascontiguousarray(directions[stretch])
-        path = integrate_path(recording.time[stretch], here, state, along)
-        outputs, by_state, by_driving = observe(path.states, here, x_arm, z_arm)
-        moved = by_state @ path.columns
-        moved[:, :, _FREE:] += by_driving @ along
-        slopes = np.zeros((*outputs.shape, _FREE + len(effects)))
-        slopes[:, :, :_FREE] = moved[:, :, :_FREE]
-        slopes[:, :, [_FREE + place for place in places]] = moved[:, :, _FREE:]
-        _enter_sensors(recording.time[stretch], outputs, slopes, effects)
-        compared = recording.compared[stretch]
-        residuals.append(np.where(compared, recording.measured[stretch] - outputs, 0.0))
-        columns.append(slopes * compared[:, :, None])
-    return _Point(effects, tuple(states), tuple(residuals), tuple(columns))
+    here, along = given[windows.places], directions[windows.places]
+    paths = [
+        integrate_path(windows.time[part], here[part], state, along[part])
+        for part, state in zip(windows.parts, states, strict=True)
+    ]
+    outputs, by_state, by_driving = observe(np.concatenate([path.states for path in paths]), here, x_arm, z_arm)
+    moved = by_state @ np.concatenate([path.columns for path in paths])
+    moved[:, :, _FREE:] += by_driving @ along
+    slopes = np.zeros((*outputs.shape, _FREE + len(effects)))
+    slopes[:, :, :_FREE] = moved[:, :, :_FREE]
+    slopes[:, :, [_FREE + place for place in places]] = moved[:, :, _FREE:]
+    _enter_sensors(windows, outputs, slopes, effects)
+    residuals = np.where(windows.compared, windows.measured - outputs, 0.0)
+    return _Point(effects, states, residuals, slopes * windows.compared[:, :, None])
 
 
 def _directions(recording: Recording, effects: Sequence[ActiveEffect], given: Array) -> tuple[Array, list[int]]:
@@ -166,18 +202,21 @@ def _directions(recording: Recording, effects: Sequence[ActiveEffect], given: Ar
     return (np.stack(moves, axis=2) if moves else empty), places
 
 
-def _enter_sensors(time: Array, outputs: Array, slopes: Array, effects: Sequence[ActiveEffect]) -> None:
+def _enter_sensors(windows: _Windows, outputs: Array, slopes: Array, effects: Sequence[ActiveEffect]) -> None:
     """Apply the observed channels' errors to outputs and sensitivities, and enter their own columns, in place."""
     for n, active in enumerate(effects):
         effect = active.effect
-        if isinstance(effect, OutputEffect) and effect.where in OBSERVED:
-            i, perturbed = OBSERVED.index(effect.where), _perturbed(active)
-            true = outputs[:, i : i + 1].copy()
+        if not (isinstance(effect, OutputEffect) and effect.where in OBSERVED):
+            continue
+        i, perturbed = OBSERVED.index(effect.where), _perturbed(active)
+        change = perturbed.values[0] - active.values[0]
+        for part in windows.parts:
+            time, true = windows.time[part], outputs[part, i : i + 1].copy()
             read = effect.output(time, true, active.numbers)
             moved = effect.output(time, true, perturbed.numbers)
-            slopes[:, i] = effect.transform(time, np.ascontiguousarray(slopes[:, i]), active.numbers)
-            slopes[:, i, _FREE + n] = (moved - read)[:, 0] / (perturbed.values[0] - active.values[0])
-            outputs[:, i] = read[:, 0]
+            slopes[part, i] = effect.transform(time, np.ascontiguousarray(slopes[part, i]), active.numbers)
+            slopes[part, i, _FREE + n] = (moved - read)[:, 0] / change
+            outputs[part, i] = read[:, 0]
 
 
 def _perturbed(active: ActiveEffect) -> ActiveEffect:
@@ -187,26 +226,25 @@ def _perturbed(active: ActiveEffect) -> ActiveEffect:
     return perturbed if perturbed.values != active.values else active.perturbed(0, -step)
 
 
-def _mean_squares(recording: Recording, point: _Point) -> Array:
-    counts = sum(recording.compared[stretch].sum(axis=0) for stretch in recording.stretches)
-    squares = sum(np.sum(part**2, axis=0) for part in point.residuals)
-    return np.asarray(np.where(counts > 0, squares / np.maximum(counts, 1), 1.0))
+def _mean_squares(windows: _Windows, point: _Point) -> Array:
+    squares = point.residuals**2
+    total = sum(np.sum(squares[part], axis=0) for part in windows.parts)
+    return np.asarray(np.where(windows.counts > 0, total / np.maximum(windows.counts, 1), 1.0))
 
 
-def _cost(recording: Recording, point: _Point, variance: Array) -> float:
+def _cost(windows: _Windows, point: _Point, variance: Array) -> float:
     """-2 ln L but for a constant."""
-    counts = sum(recording.compared[stretch].sum(axis=0) for stretch in recording.stretches)
-    cost = float(np.sum(counts * (_mean_squares(recording, point) / variance + np.log(variance))))
+    cost = float(np.sum(windows.counts * (_mean_squares(windows, point) / variance + np.log(variance))))
     return cost if np.isfinite(cost) else np.inf
 
 
-def _improved(recording: Recording, point: _Point, variance: Array, settings: WindowFitSettings) -> _Point:
+def _improved(windows: _Windows, point: _Point, variance: Array, settings: WindowFitSettings) -> _Point:
     """The best point at given noise variances, by Levenberg-Marquardt steps."""
-    damping, cost = 1e-4, _cost(recording, point, variance)
+    damping, cost = 1e-4, _cost(windows, point, variance)
     for _ in range(settings.steps):
         while True:
-            trial = _evaluate(recording, *_moved(point, variance, damping))
-            reached = _cost(recording, trial, variance)
+            trial = _evaluate(windows, *_moved(windows, point, variance, damping))
+            reached = _cost(windows, trial, variance)
             if reached <= cost + 1e-9 * abs(cost):
                 break
             damping *= 10.0
@@ -219,40 +257,32 @@ def _improved(recording: Recording, point: _Point, variance: Array, settings: Wi
     return point
 
 
-def _moved(point: _Point, variance: Array, damping: float) -> tuple[tuple[ActiveEffect, ...], tuple[Array, ...]]:
+def _moved(windows: _Windows, point: _Point, variance: Array, damping: float) -> tuple[tuple[ActiveEffect, ...], Array]:
     """Instrument errors, kept within their limits, and initial states after a damped Gauss-Newton step."""
-    blocks = []
-    for residual, columns in zip(point.residuals, point.columns, strict=True):
-        flat = (columns / np.sqrt(variance)[:, None]).reshape(-1, columns.shape[2])
-        blocks.append((flat.T @ flat, flat.T @ (residual / np.sqrt(variance)).ravel()))
-    count = len(point.effects)
-    normal, gradient = np.zeros((count, count)), np.zeros(count)
-    for matrix, slope in blocks:
-        # The window's own initial state is eliminated.
-        right = np.column_stack([matrix[:_FREE, _FREE:], slope[:_FREE]])
-        taken = _solved(matrix[:_FREE, :_FREE], right, damping)
-        normal += matrix[_FREE:, _FREE:] - matrix[_FREE:, :_FREE] @ taken[:, :-1]
-        gradient += slope[_FREE:] - matrix[_FREE:, :_FREE] @ taken[:, -1]
-    step = _solved(normal, gradient, damping) if count else gradient
+    columns, residuals = point.columns / np.sqrt(variance)[:, None], point.residuals / np.sqrt(variance)
+    flat = [(columns[part].reshape(-1, columns.shape[2]), residuals[part].ravel()) for part in windows.parts]
+    matrix = np.stack([slopes.T @ slopes for slopes, _ in flat])
+    slope = np.stack([slopes.T @ residual for slopes, residual in flat])[:, :, None]
+    by_states, mixed, count = matrix[:, :_FREE, :_FREE], matrix[:, :_FREE, _FREE:], len(point.effects)
+    # Each window's own initial state is eliminated.
+    taken = _solved(by_states, np.concatenate([mixed, slope[:, :_FREE]], axis=2), damping)
+    left = matrix[:, _FREE:, :_FREE] @ taken
+    normal = np.sum(matrix[:, _FREE:, _FREE:] - left[:, :, :-1], axis=0)
+    gradient = np.sum(slope[:, _FREE:] - left[:, :, -1:], axis=0)
+    step = _solved(normal, gradient, damping)[:, 0] if count else gradient[:, 0]
     effects = tuple(active.moved(step[n : n + 1]) for n, active in enumerate(point.effects))
     change = np.array([new.values[0] - old.values[0] for new, old in zip(effects, point.effects, strict=True)])
-    states = tuple(
-        state + _solved(matrix[:_FREE, :_FREE], slope[:_FREE] - matrix[:_FREE, _FREE:] @ change, damping)
-        for state, (matrix, slope) in zip(point.states, blocks, strict=True)
-    )
-    return effects, states
+    right = slope[:, :_FREE] - mixed @ change.reshape(-1, 1)
+    return effects, point.states + _solved(by_states, right, damping)[:, :, 0]
 
 
 def _solved(matrix: Array, right: Array, damping: float) -> Array:
-    """A x = b after scaling to unit diagonal, damped; rows without information give 0."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    """A X = B of stacked matrices after scaling to unit diagonal, damped; rows without information give 0."""
+    scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 0.0))
     shown = scale > 0.0
-    result = np.zeros_like(right)
-    if shown.any():
-        unit = scale[shown]
-        scaled = matrix[np.ix_(shown, shown)] / np.outer(unit, unit)
-        # A small damping suppresses steps in directions without information.
-        scaled += (damping + 1e-12) * np.eye(unit.size)
-        by_row = unit if right.ndim == 1 else unit[:, None]
-        result[shown] = np.linalg.solve(scaled, right[shown] / by_row) / by_row
-    return result
+    unit = np.where(shown, scale, 1.0)[..., None]
+    both = shown[..., :, None] & shown[..., None, :]
+    scaled = np.where(both, matrix / (unit * np.swapaxes(unit, -2, -1)), 0.0)
+    # A small damping suppresses steps in directions without information.
+    scaled += (damping + 1e-12) * np.eye(matrix.shape[-1])
+    return np.asarray(np.linalg.solve(scaled, np.where(shown[..., None], right / unit, 0.0)) / unit)
