@@ -54,9 +54,10 @@ effect, index of its parameter)."""
 CACHED_MOTIONS = 24
 """Numerical: cached motions of each record; a Gauss-Newton step over ten sensor parameters needs as many."""
 
-CACHED_PATHS = 512
-"""Numerical: points of which the kinematic equations of each record are cached, in the band and so small; a search
-revisits some with one error more and one less."""
+CACHED_PATHS, CACHED_SAMPLES = 512, 1_000_000
+"""Numerical: fewest points of which the kinematic equations of each record are cached, in the band and so small, and
+samples of an equation up to which more are; a search revisits some with one error more and one less, of a short record
+after a thousand others."""
 
 SIDESLIP = parse_term("beta")
 """Derivative by which the error of a sideslip without a vane acts."""
@@ -312,7 +313,8 @@ class Equations:
                 )
             return segments
 
-        return _cached(self._paths[n], _sensors(effects), CACHED_PATHS, compute)
+        most = max(CACHED_PATHS, CACHED_SAMPLES // recording.time_in_band.size)
+        return _cached(self._paths[n], _sensors(effects), most, compute)
 
 
 def _is_of_height(active: ActiveEffect) -> bool:
