@@ -75,8 +75,8 @@ def identified_by_equations(
         problem.declared,
     )
     hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
-    calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
     suspected = not decision.turbulence and may_be_turbulent(decision.completed)
+    calm = decision.gust_fraction <= settings.equation_error.calm and not (decision.turbulence or suspected)
     dependence = _dependence(decision) if hidden or suspected else None
     still = hidden and not (decision.turbulence or suspected)
 

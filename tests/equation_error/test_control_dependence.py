@@ -28,8 +28,9 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.equation_error_notes import note_on_residuals
 from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
-from benchmarks import turbulent_flights
+from benchmarks import six_axis_flights, turbulent_flights
 from benchmarks.planted_aircraft import Body
+from benchmarks.sideways_plants import SidePlant
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 Array = NDArray[np.float64]
@@ -235,6 +236,18 @@ def test_gusts_too_small_to_be_identified_are_no_residual_where_the_noise_is_kno
         assert "suggest gusts, too small to be identified" in note_on_residuals(found)
     else:
         assert [(row.kind, row.where) for row in found.findings] == [("control_delay", "delta_e")]
+
+
+@pytest.mark.parametrize("gust", [0.0, 0.002])
+def test_in_air_that_may_move_the_regression_gives_the_values(gust: float) -> None:
+    """Output error leaves gusts of a fourteenth of the sideslip in the derivatives, up to six standard errors."""
+    body, nothing = six_axis_flights.BODIES[0], SidePlant("")
+    at = six_axis_flights.Circumstances(body, 0.04, 30.0, gust=gust * body.airspeed, memory=0.3, off=0.06)
+    logs = [six_axis_flights.flown(name, at, nothing, 7590 + n) for n, name in enumerate("ab")]
+    aircraft = six_axis_flights.aircraft_of(at, nothing, "lateral", np.random.default_rng(7590))
+    found = identify(logs[:1], aircraft, logs[1:]).found
+    assert found is not None
+    assert found.regressed is (gust > 0.0)
 
 
 def with_unfiltered_height(log: FlightLog, seed: int) -> FlightLog:
