@@ -27,7 +27,7 @@ from aerosid.loop.equation_error_notes import (
 from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.loop.settings import LoopSettings
 from aerosid.search.attribution import Attribution
-from aerosid.search.calm_air import output_error_in_calm_air
+from aerosid.search.calm_air import differ, output_error_in_calm_air
 from aerosid.search.declared_inertia import with_declared_inertia
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.equivalent_causes import with_equivalent_causes
@@ -76,7 +76,7 @@ def identified_by_equations(
     )
     hidden = errors.least_noise_ratio > RESIDUAL_TESTS.coloured_ratio
     suspected = not decision.turbulence and may_be_turbulent(decision.completed)
-    calm = decision.gust_fraction <= settings.equation_error.calm and not (decision.turbulence or suspected)
+    calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
     dependence = _dependence(decision) if hidden or suspected else None
     still = hidden and not (decision.turbulence or suspected)
 
@@ -86,7 +86,10 @@ def identified_by_equations(
         found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
         return replace(found, noise_hidden=hidden, dependence=dependence, still_air=still)
 
-    result = finished(output_error_in_calm_air(found, decision, search, noise_hidden=hidden) if calm else found)
+    chosen = output_error_in_calm_air(found, decision, search, noise_hidden=hidden) if calm else found
+    if suspected and differ(chosen, found, settings.equation_error.deviations):
+        calm, chosen = False, found  # gusts bias output error, and leave the regression what it is
+    result = finished(chosen)
     if calm and hidden and problem.others:
         result = replace(result, by_regression=finished(found))
     notes = _notes(decision, problem)

@@ -96,6 +96,20 @@ def output_error_in_calm_air(
     )
 
 
+def differ(one: Attribution, other: Attribution, deviations: float) -> bool:
+    """Whether any derivative of two estimates differs by more than a number of the standard errors of both."""
+    errors = [
+        dict(zip(each.completed.free, each.completed_deviations.published.tolist(), strict=True))
+        for each in (one, other)
+    ]
+    return any(
+        abs(one.completed.model.value(entry) - other.completed.model.value(entry))
+        > deviations * float(np.hypot(errors[0][entry], errors[1][entry]))
+        for entry in errors[0]
+        if entry[1] != CONSTANT and entry in errors[1]
+    )
+
+
 def _key(part: Part) -> tuple[object, ...]:
     return (*part.label, part.log, part.ordinal)
 

@@ -24,13 +24,14 @@ from aerosid.equation_error.selection.control_dependence import (
     dependent,
 )
 from aerosid.equation_error.selection.turbulence import may_be_turbulent
+from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.equation_error_notes import note_on_residuals
 from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
-from benchmarks import six_axis_flights, turbulent_flights
+from aerosid.search.calm_air import differ
+from benchmarks import turbulent_flights
 from benchmarks.planted_aircraft import Body
-from benchmarks.sideways_plants import SidePlant
 from benchmarks.turbulent_flights import BODIES, NOTHING, Wrong, aircraft_of, flown
 
 Array = NDArray[np.float64]
@@ -238,16 +239,18 @@ def test_gusts_too_small_to_be_identified_are_no_residual_where_the_noise_is_kno
         assert [(row.kind, row.where) for row in found.findings] == [("control_delay", "delta_e")]
 
 
-@pytest.mark.parametrize("gust", [0.0, 0.002])
-def test_in_air_that_may_move_the_regression_gives_the_values(gust: float) -> None:
-    """Output error leaves gusts of a fourteenth of the sideslip in the derivatives, up to six standard errors."""
-    body, nothing = six_axis_flights.BODIES[0], SidePlant("")
-    at = six_axis_flights.Circumstances(body, 0.04, 30.0, gust=gust * body.airspeed, memory=0.3, off=0.06)
-    logs = [six_axis_flights.flown(name, at, nothing, 7590 + n) for n, name in enumerate("ab")]
-    aircraft = six_axis_flights.aircraft_of(at, nothing, "lateral", np.random.default_rng(7590))
-    found = identify(logs[:1], aircraft, logs[1:]).found
+@pytest.mark.parametrize("errors", [2.0, 6.0])
+def test_two_estimates_differ_by_standard_errors_of_both(errors: float) -> None:
+    body = BODIES[1]
+    found = identify([log_of(body, 101)], aircraft_of(body, 0.08, np.random.default_rng(SEEDS))).found
     assert found is not None
-    assert found.regressed is (gust > 0.0)
+    free, model = found.completed.free, found.completed.model
+    place = free.index(("C_m", parse_term("alpha")))
+    values = np.array([model.value(entry) for entry in model.entries])
+    values[model.index(free[place])] += errors * found.completed_deviations.published[place]
+    other = replace(found, completed=replace(found.completed, model=model.with_values(values)))
+    # Two estimates of one size of error: root two of each.
+    assert differ(other, found, 3.0) is (errors > 3.0 * 1.415)
 
 
 def with_unfiltered_height(log: FlightLog, seed: int) -> FlightLog:
