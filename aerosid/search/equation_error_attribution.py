@@ -66,7 +66,7 @@ def attribute_by_equations(decision: EquationErrorDecision, manoeuvres: Sequence
     EstimationError
         Where neither the declared nor the completed model can be simulated from any initial state.
     """
-    simulated = _of_equations(decision.completed, decision.covariance, manoeuvres)
+    simulated = _completed(decision, manoeuvres)
     declared = _declared(decision, manoeuvres)
     declared, completed = (
         replace(found, seen_on_others=decision.level_shifts) for found in (declared, simulated.refinement)
@@ -114,6 +114,19 @@ def _of_equations(found: Estimate, covariance: Array, manoeuvres: Sequence[Manoe
     return _SimulatedEstimate(refinement, _deviations(found, covariance, refinement))
 
 
+def _completed(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> _SimulatedEstimate:
+    """The completed structure's regression; where that cannot be simulated, its output-error estimate.
+
+    Collinear derivatives that hardly matter to the regression may make an aircraft that no simulation holds.
+    """
+    found, covariance = decision.completed, decision.covariance
+    try:
+        return _of_equations(found, covariance, manoeuvres)
+    except EstimationError:
+        refinement = _by_output_error(found.point, decision, manoeuvres)
+        return _SimulatedEstimate(refinement, _deviations(found, covariance, refinement))
+
+
 def _declared(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
     """The declared structure's regression; where that cannot be simulated, its output-error estimate.
 
@@ -123,10 +136,15 @@ def _declared(decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) 
     try:
         return _of_equations(decision.before, decision.before_covariance, manoeuvres).refinement
     except EstimationError:
-        point, given = decision.before.point, decision.kinematic_estimate.point.model
-        values = np.array([given.value(entry) for entry in point.model.entries])
-        effects, settings = _simulated(point.effects), WRONG_STRUCTURE
-        return refine(point.model.with_values(values), manoeuvres, point.free, effects=effects, settings=settings)
+        return _by_output_error(decision.before.point, decision, manoeuvres)
+
+
+def _by_output_error(point: Point, decision: EquationErrorDecision, manoeuvres: Sequence[Manoeuvre]) -> Refinement:
+    """The output-error estimate of a structure, started from the declared values and those of its further terms."""
+    given = decision.kinematic_estimate.point.model
+    values = [(given if entry in given.places else point.model).value(entry) for entry in point.model.entries]
+    effects, model = _simulated(point.effects), point.model.with_values(np.array(values))
+    return refine(model, manoeuvres, point.free, effects=effects, settings=WRONG_STRUCTURE)
 
 
 def with_initial_states(
