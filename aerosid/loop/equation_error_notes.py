@@ -172,8 +172,8 @@ def note_on_regressor_errors(biased: RegressorErrors) -> str | None:
         "autopilot do, and instrumental variables are biased."
     )
     if biased.adopted:
-        return f"{cause} The former predict the coefficient as well or better, and are reported."
-    return f"{cause} The latter are reported, and their standard errors contain the differences."
+        return f"{cause} Instrumental variables predict the coefficient as well or better, and are reported."
+    return f"{cause} Least squares is reported, and its standard errors contain the differences."
 
 
 def note_on_damping(damping: DampingCollinearity) -> str:
