@@ -40,7 +40,11 @@ def information_on(found: Estimate, columns: Array) -> tuple[Array, Array]:
 
     It is reduced where the whitened residuals remain correlated, as for every other parameter.
     """
-    white = compared_columns(found.design, columns, found.solution.weights)
+    return information_of(found, compared_columns(found.design, columns, found.solution.weights))
+
+
+def information_of(found: Estimate, white: Array) -> tuple[Array, Array]:
+    """The same of columns (R, n) that are whitened and compared already."""
     own = white - found.solution.slopes @ (found.solution.covariance @ (found.solution.slopes.T @ white))
     information, score = own.T @ own, own.T @ found.solution.whitened
     meat = covariance_of_scores(found.design, own * found.solution.whitened[:, None])

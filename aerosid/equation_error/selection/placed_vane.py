@@ -22,7 +22,7 @@ from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import effect_candidates, with_hypothesis
-from aerosid.equation_error.selection.coefficient_information import information_on, information_on_effects
+from aerosid.equation_error.selection.coefficient_information import information_of, information_on_effects
 from aerosid.equation_error.selection.joint_errors import (
     JointErrors,
     free_values,
@@ -222,7 +222,7 @@ def _kinematic_change(kinematic: Estimate, hypothesis: Hypothesis) -> tuple[Arra
     (candidate,) = effect_candidates(kinematic.problem, kinematic, [hypothesis])
     white = compared_columns(kinematic.design, candidate.columns, kinematic.solution.weights)
     change = -kinematic.solution.covariance @ (kinematic.solution.slopes.T @ white[:, 0])
-    information, score = information_on(kinematic, candidate.columns)
+    information, score = information_of(kinematic, white)
     names = [("effect", i, k) for i, k in free_parameters(kinematic.point.effects)]
     places = [kinematic.design.unknowns.index(name) for name in names]
     return change[places], float(information[0, 0]), float(score[0])

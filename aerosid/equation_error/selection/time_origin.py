@@ -105,8 +105,9 @@ def _likelier_by_all_equations(
         least = min(late, key=functools.partial(first_order_loss, path[-1]))
         path.append(structure_without(path[-1], least))
         late.remove(least)
-    best = max(path, key=total)
-    return best if total(best) - total(selected) > PREFERENCE else selected
+    totals = [total(each) for each in path]
+    best = max(totals)
+    return path[totals.index(best)] if best - total(selected) > PREFERENCE else selected
 
 
 def _delay(selected: SelectedStructure, each: SelectedEffect) -> float:
