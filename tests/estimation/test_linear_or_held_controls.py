@@ -15,20 +15,24 @@ from problems import LIGHT, NOISE, Problem, terms_of, with_channels, with_thrust
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.linear_or_held_controls import (
+    INTERPOLATION,
     notes_on_held_controls,
     stepped_controls,
     with_likelier_interpolation,
 )
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.movement_between_samples import movement_between_samples
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import simulate_outputs
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.signals.delay_and_lag import lagged
+from benchmarks.flights import long_flight
 
 Array = NDArray[np.float64]
 ELEVATOR = len(declared_model(LIGHT, 100.0).columns) - 1
+ANSWERED = INTERPOLATION.answered
 FREE = tuple((d.coefficient, d.term) for d in LIGHT.derivatives)
 
 
@@ -149,3 +153,34 @@ def test_shares_of_the_movement_change_the_response_evenly() -> None:
     steps = [after - before for before, after in itertools.pairwise(seen)]
     assert np.ptp(steps[0]) > 1e-4
     assert_allclose(steps[0], steps[1], rtol=0.0, atol=0.02 * float(np.ptp(steps[0])))
+
+
+@pytest.mark.parametrize("move", [0.0, 0.01, 0.02, 0.04])
+def test_angular_rates_tell_when_an_elevator_moves_within_the_interval(move: float) -> None:
+    """The mean part of a step that acts in its interval is half the part of the interval in which it moves."""
+    found = movement_between_samples(prepared(finely_flown(move, seed=9500)), ("delta_e",), ANSWERED)
+    assert found is not None
+    assert found.now == pytest.approx(0.5 * max(move, 0.005) / 0.04, abs=4.0 * found.now_error + 0.01)
+    assert found.before == pytest.approx(0.0, abs=4.0 * found.before_error)
+    assert found.now_error < 0.02
+
+
+def test_a_late_elevator_acts_in_the_interval_after_its_step() -> None:
+    found = movement_between_samples(prepared(finely_flown(0.0, seed=9501, lag=0.04)), ("delta_e",), ANSWERED)
+    assert found is not None
+    # In the mean of the first interval after its step 1/e of an elevator with a lag of one interval has acted.
+    assert found.before == pytest.approx(np.exp(-1.0) - 1.0, abs=0.15)
+    assert found.before < -10.0 * found.before_error
+
+
+def test_an_incomplete_structure_does_not_make_a_linear_elevator_a_held_one() -> None:
+    """Of 20,000 samples without the flown C_m alpha^2 the likelihood prefers a held elevator by 221."""
+    manoeuvre = prepared(long_flight(20_000, seed=9502, interval=0.01))
+    assert stepped_controls(manoeuvre) == ("delta_e",)
+    assert with_likelier_interpolation(manoeuvre, declared_model(LIGHT, 100.0), FREE).flight.held.size == 0
+
+
+def test_rates_that_do_not_answer_a_control_tell_nothing() -> None:
+    log = finely_flown(0.0, seed=9503)
+    noise = np.random.default_rng(9504).standard_normal(log["q"].size)
+    assert movement_between_samples(prepared(with_channels(log, q=noise)), ("delta_e",), ANSWERED) is None
