@@ -85,6 +85,8 @@ def note_on_near_significant(row: NearSignificant) -> str:
         f"Near-significant: {named(row.hypothesis.label)} of {value} gains {number(row.gain, 2)} in ln L; the penalty "
         f"for the number of hypotheses is {number(row.penalty, 2)}"
     )
+    if row.is_retained:
+        sentence += ". It is not named, since a calibrated instrument retains as much"
     if row.indistinguishable:
         others = listed([named(rival.label) for rival in row.indistinguishable[:2]], "or")
         sentence += f"; replacing it by {others} fits nearly as well"

@@ -61,3 +61,16 @@ def test_the_penalty_of_an_instrument_error_counts_all_hypotheses() -> None:
     shares = [settings.factor_odds ** max(n - 1, 0) for n in factors] + [settings.factor_odds] * 2
     share = np.exp(0.5 * np.log(samples) - row.penalty) / settings.false_alarm
     assert share == pytest.approx(1.0 / sum(shares), rel=0.02)
+
+
+def test_an_error_that_a_calibrated_instrument_retains_is_not_named() -> None:
+    """A scale factor of .996 in quiet air exceeds the penalty; half a per cent is what a calibration leaves."""
+    aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(9301))
+    wrong = Wrong(scale={"theta": 0.996})
+    logs = [flown(name, BODY, 9520 + i, air=0.05, wrong=wrong, seconds=140.0) for i, name in enumerate("ab")]
+    found = decided(aircraft, logs[:1], logs[1:])
+    assert not found.findings
+    (row,) = [row for row in found.near_significant if row.hypothesis.kind == "sensor_scale"]
+    assert row.is_retained
+    assert row.gain > row.penalty
+    assert "a calibrated instrument retains as much" in note_on_near_significant(row)

@@ -1,10 +1,14 @@
-"""Calibration uncertainty of vanes and airspeed: a derivative is known as well as the scale of what it is formed with.
+"""What calibration leaves of instrument errors: too little to be named, or too much for a derivative to be known.
 
-In moving air the kinematics determine the scale factor of a vane to one or several per cent, and an error below the
-penalty for multiple testing is not identified; the coefficients cannot show it at all, since their derivatives scale
-with it. The same holds for the airspeed, by whose square every coefficient is divided. Its posterior from the usual
-accuracy of a calibration and from the kinematics is a part of the standard errors of the derivatives (a nuisance
-parameter with a prior; Klein & Morelli, Aircraft System Identification, eq. 5.31).
+An error within the accuracy of a calibration is no missing effect, however well a record shows it: what a recorder's
+filter or a gyro's slow noise does to a channel may look like a scale factor of .998 with a standard error of .0003.
+
+A derivative is known as well as the scale of what it is formed with. In moving air the kinematics determine the scale
+factor of a vane to one or several per cent, and an error below the penalty for multiple testing is not identified; the
+coefficients cannot show it at all, since their derivatives scale with it. The same holds for the airspeed, by whose
+square every coefficient is divided. Its posterior from the usual accuracy of a calibration and from the kinematics is a
+part of the standard errors of the derivatives (a nuisance parameter with a prior; Klein & Morelli, Aircraft System
+Identification, eq. 5.31).
 
 The prior is a mixture: most instruments are calibrated, some are not. A normal prior alone would outvote kinematics
 that contradict it, and a vane that shows 17 % too much would leave derivatives six standard errors off (contaminated
@@ -21,7 +25,7 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import AIRSPEED, VANE_OF
-from aerosid.equation_error.regression.estimate import maximise_likelihood
+from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.structure import SelectedStructure
@@ -66,8 +70,50 @@ derivatives six and fourteen standard errors off."""
 CALIBRATIONS = {**dict.fromkeys(VANE_OF.values(), VANE), AIRSPEED: PITOT_TUBE}
 """Of each channel whose scale factor the coefficients cannot show."""
 
+ATTITUDE, RATE, ACCELERATION = ("phi", "theta", "psi"), ("p", "q", "r"), ("a_x", "a_y", "a_z")
+
+
+@dataclass(frozen=True)
+class RetainedErrors:
+    """Errors that calibrated instruments retain: smaller ones are not named. All chosen, none on data.
+
+    Attributes
+    ----------
+    scale : float
+        Of a scale factor, 1: half a per cent, of any instrument.
+    attitude : float
+        Bias of an attitude, rad: a seventeenth of a degree.
+    rate : float
+        Bias of a gyro, rad/s: a hundredth of a degree per second.
+    acceleration : float
+        Bias of an accelerometer, m/s^2: half a thousandth of the Earth's.
+    """
+
+    scale: float = 0.005
+    attitude: float = 0.001
+    rate: float = 0.0002
+    acceleration: float = 0.005
+
+    def of(self, kind: str, channel: str) -> float:
+        """That of a kind of instrument error in a channel, in its unit; 0 where any is named."""
+        if kind == SCALE:
+            return self.scale
+        sizes = ((ATTITUDE, self.attitude), (RATE, self.rate), (ACCELERATION, self.acceleration))
+        return next((size for channels, size in sizes if kind == BIAS and channel in channels), 0.0)
+
+
+RETAINED = RetainedErrors()
+"""Of every record."""
+
 STEPS = 4
 """Numerical: Gauss-Newton steps at most; the kinematic equations are nearly linear in a scale factor."""
+
+
+def exceeds_calibration(found: Estimate, hypothesis: Hypothesis) -> bool:
+    """Whether the last instrument error of an estimate is larger than a calibrated instrument retains."""
+    active = found.point.effects[-1]
+    least = RETAINED.of(hypothesis.kind, hypothesis.where)
+    return abs(active.values[0] - active.effect.parameters[0].null) > least
 
 
 def uncertain_scales(

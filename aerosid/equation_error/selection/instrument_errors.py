@@ -26,6 +26,7 @@ from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import coefficients_of_all
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import with_replacements
+from aerosid.equation_error.selection.calibration import exceeds_calibration
 from aerosid.equation_error.selection.candidates import (
     distinct_name,
     is_instrument_error,
@@ -221,7 +222,7 @@ def _searched(
     sensors = [h for h in hypotheses if is_instrument_error(h)]
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
-        agreed = recordings_agree(estimated, hypothesis)
+        agreed = recordings_agree(estimated, hypothesis) and exceeds_calibration(estimated, hypothesis)
         if model.axes == LONGITUDINAL:
             return agreed
         return agreed and exceeds_mean_gust(estimated, hypothesis) and coefficients.admits(estimated, hypothesis)

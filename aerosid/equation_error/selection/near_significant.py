@@ -22,6 +22,7 @@ from aerosid.equation_error.regression.estimate import Estimate, estimate, maxim
 from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import weights_restricted_to
 from aerosid.equation_error.selection.alternatives import last_parameter
+from aerosid.equation_error.selection.calibration import exceeds_calibration
 from aerosid.equation_error.selection.candidate_scores import best_candidates, score_candidates
 from aerosid.equation_error.selection.candidates import (
     CURRENT_MODEL,
@@ -72,6 +73,11 @@ class NearSignificant:
     estimate: Estimate = field(repr=False, compare=False)
     indistinguishable: tuple[Hypothesis, ...] = ()
     validation_fits: tuple[tuple[CoefficientFit, CoefficientFit], ...] = ()
+
+    @property
+    def is_retained(self) -> bool:
+        """Whether it is an instrument error within the accuracy of a calibration."""
+        return self.active is not None and not exceeds_calibration(self.estimate, self.hypothesis)
 
 
 def near_significant_effects(
