@@ -110,6 +110,20 @@ def test_a_lateral_accelerometer_ahead_of_its_place_and_below_is_no_term_of_the_
     assert row.value == pytest.approx(place[0], abs=3.0 * row.std_error)
 
 
+def test_without_a_normal_accelerometer_kinematics_tell_nothing_of_the_height_of_the_axial_one() -> None:
+    """No equation holds it: any value agrees, and none gains."""
+    body = BODIES[1]
+    logs = [flown(name, body, SEEDS + 60 + n, air=0.3) for n, name in enumerate("ab")]
+    logs = [replace(log, channels={k: v for k, v in log.channels.items() if k != "a_z"}) for log in logs]
+    errors = identified(aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 60)), logs[:1], logs[1:])
+    sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
+    evidence = kinematic_evidence(errors.selected, sensors)
+    (row,) = [each for name, each in evidence.items() if name[:2] == ("sensor_position", "a_x")]
+    assert row.is_uninformative
+    assert row.agrees((-0.7,), 3.0)
+    assert row.gain_at((-0.7,)) == 0.0
+
+
 @pytest.mark.parametrize("late", [0.3, 0.0])
 def test_without_accelerometers_a_late_airspeed_is_shown_by_the_axial_force(late: float) -> None:
     """In its place C_X had a term in V_hat or q_hat, with derivatives up to twelve standard errors off."""

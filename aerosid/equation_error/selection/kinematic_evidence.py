@@ -69,6 +69,8 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
             best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> KinematicEvidence | None:
+        if not candidates[n].columns.any():
+            return _none_of(candidates[n].hypothesis)
         trial, hypothesis = linearised(base, candidates[n])
         found = estimate(base.problem, with_hypothesis(base.point, hypothesis), trial.weights, steps=5)
         active, gain = found.point.effects[-1], found.gain_over(base)
@@ -95,11 +97,15 @@ def _unobserved(identified: SelectedStructure, eligible: Sequence[Hypothesis]) -
     found = {}
     for hypothesis in eligible:
         if _is_unobserved(hypothesis, compared):
-            values = hypothesis.effects[0].values
-            unbounded = np.diag(np.full(len(values), np.inf))
-            least = LEAST_DELAY if hypothesis.kind in DELAY_KINDS else -np.inf
-            found[distinct_name(hypothesis)] = KinematicEvidence(values, unbounded, 0.0, 0.0, least)
+            found[distinct_name(hypothesis)] = _none_of(hypothesis)
     return found
+
+
+def _none_of(hypothesis: Hypothesis) -> KinematicEvidence:
+    """What kinematics tell of an error that is in none of their equations: nothing."""
+    values = hypothesis.effects[0].values
+    least = LEAST_DELAY if hypothesis.kind in DELAY_KINDS else -np.inf
+    return KinematicEvidence(values, np.diag(np.full(len(values), np.inf)), 0.0, 0.0, least)
 
 
 def _is_unobserved(hypothesis: Hypothesis, compared: Collection[str]) -> bool:
