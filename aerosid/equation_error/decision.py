@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.refutation import Refuted
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.joint_selection import ErrorsAndStructure, selected_jointly
-from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.declared_values import DeclaredValues
 from aerosid.equation_error.regression.estimate import (
     Estimate,
@@ -49,6 +49,7 @@ from aerosid.equation_error.selection.near_significant import (
     with_validation_fits,
 )
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, Name, effects_of
+from aerosid.equation_error.selection.predicted_convergence import better_predicting, converged_as_predicted
 from aerosid.equation_error.selection.regressor_errors import (
     RegressorErrors,
     adopted_values,
@@ -188,7 +189,7 @@ def decide(
     # Effects that were selected, by either or both kinds of equations, or refuted by a validation record are none.
     excluded = {*refuted, *gains, *(row.hypothesis.label for row in of_both)}
     alternatives = (*of_both, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
-    before = _declared_alike(estimate(replace(fitted_estimate.problem, of_recorded_motion=False), start), biased)
+    before = _declared_alike(start, fitted_estimate, biased)
     level_shifts = _level_shifts(structure, fitted_estimate, search, further)
     fits = functools.partial(fits_with_shifts, as_compared(fitted_estimate.problem), level_shifts)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
@@ -230,12 +231,15 @@ def _level_shifts(
     return {**shifts_by_record(structure.estimate), **of_further}
 
 
-def _declared_alike(declared: Estimate, biased: Sequence[RegressorErrors]) -> Estimate:
+def _declared_alike(start: Point, completed: Estimate, biased: Sequence[RegressorErrors]) -> Estimate:
     """The declared structure's estimate, its coefficients by the method by which those of the completed one are.
 
-    By least squares where that predicts a record better: a deficient structure is given its better estimate.
+    By least squares, or from other colours than the completed structure's, where that predicts a record better: a
+    deficient structure is given its better estimate.
     """
-    found = converged(declared)
+    problem = replace(completed.problem, of_recorded_motion=False)
+    begun = estimate(problem, start, weights_restricted_to(completed, problem, start))
+    found = better_predicting(*map(converged_as_predicted, (estimate(problem, start), begun)))
     for row in (row for row in biased if row.adopted):
         other = with_instrumental_values(found, {row.coefficient})
         if all(change >= 0.0 for _, change in changes_of_fit(found, other, row.coefficient)):
@@ -316,7 +320,7 @@ def _significant(
     while True:
         point = structure.estimate.point
         weights = weights_restricted_to(structure.estimate, search.fitted, point)
-        on_fitted = converged(likelier_input_interpolation(estimate(search.fitted, point, weights)))
+        on_fitted = converged_as_predicted(likelier_input_interpolation(estimate(search.fitted, point, weights)))
         fitted = SelectedStructure(on_fitted, structure.chosen)
         regressed, covariance = _with_covariance(errors, fitted, structure)
         added = {entry for each in structure.chosen for entry in each.hypothesis.entries}

@@ -22,7 +22,7 @@ NEAR = 1.0
 that takes up what a deficient structure leaves, and with it the motion (Citation short period, C_m as declared)."""
 
 
-def converged(found: Estimate) -> Estimate:
+def converged(found: Estimate, most: float = NEAR) -> Estimate:
     """The estimate with its residuals' colours converged at its point, so that the start of a search leaves no trace.
 
     A search compares structures to a fraction of one in ln L and ends there; a term of little information may still be
@@ -33,6 +33,8 @@ def converged(found: Estimate) -> Estimate:
     ----------
     found : Estimate
         Of the coefficient equations.
+    most : float
+        Standard errors by which a term may move; the estimate as found is returned where one moves by more.
     """
     problem, point = found.problem, found.point
     design, weights = problem.design(point), found.solution.weights
@@ -47,6 +49,6 @@ def converged(found: Estimate) -> Estimate:
     error = np.sqrt(np.maximum(np.diag(first.covariance), 1e-300))
     terms = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "term"]
     moved = (np.abs(last.values - first.values) / error)[terms]
-    if last.log_likelihood < first.log_likelihood - COMPARED or np.any(moved > NEAR):
+    if last.log_likelihood < first.log_likelihood - COMPARED or np.any(moved > most):
         return found
     return estimate(problem, point, last.weights, steps=2)
