@@ -18,7 +18,7 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.estimation.movement_between_samples import Movement, movement_between_samples
+from aerosid.estimation.movement_between_samples import Movement, movement_between_samples, pooled
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.nomenclature import is_surface
 from aerosid.notation import listed, number
@@ -76,12 +76,17 @@ INTERPOLATION = InterpolationSettings()
 
 
 def with_likelier_interpolation(
-    manoeuvre: Manoeuvre, model: AerodynamicModel, free: Sequence[Entry], effects: Sequence[ActiveEffect] = ()
-) -> Manoeuvre:
-    """The manoeuvre with its stepped controls held between samples, where that is likelier than linear.
+    manoeuvres: Sequence[Manoeuvre],
+    model: AerodynamicModel,
+    free: Sequence[Entry],
+    effects: Sequence[ActiveEffect] = (),
+) -> tuple[Manoeuvre, ...]:
+    """The manoeuvres with their stepped controls held between samples, where that is likelier than linear.
 
     Parameters
     ----------
+    manoeuvres : sequence of Manoeuvre
+        All flights; those sampled at one rate are taken as made by one recorder.
     model : AerodynamicModel
         The declared one.
     free : sequence of Entry
@@ -91,26 +96,47 @@ def with_likelier_interpolation(
 
     Notes
     -----
-    The angular rates are asked first: their change over the interval of a step does not depend on what the model
-    lacks, whereas the likelihood of an incomplete structure may favour either (of 20,000 samples without the C_m
-    alpha^2 that was flown, by 221). It decides where they are too noisy, or where a control is late.
+    The angular rates of all flights of a recorder are asked first: their change over the interval of a step does not
+    depend on what the model lacks, whereas the likelihood of an incomplete structure may favour either (of 20,000
+    samples without the C_m alpha^2 that was flown, by 221). It decides on each flight where the rates are too noisy, or
+    where a control is late.
 
     Of the part of an interval in which a held surface moves, -2 ln L is nearly a parabola over a half: from none to a
     half, or from there to the whole, which is linear interpolation. A surface that lags or is delayed is late too, but
     does not move at its samples: a linear input with free delays is the likelier then.
     """
-    controls = stepped_controls(manoeuvre)
-    if not controls:
-        return manoeuvre
-    movement = movement_between_samples(manoeuvre, controls, INTERPOLATION.answered)
-    if movement is not None and _is_told(movement):
-        part = 2.0 * max(movement.now, 0.0)
-        return manoeuvre if part > INTERPOLATION.longest else _held(manoeuvre, controls, part)
-    own = tuple(active for active in effects if active.acts_on(manoeuvre.name))
-    try:
-        return _likelier(manoeuvre, controls, model, free, own)
-    except EstimationError:
-        return manoeuvre
+    controls = [stepped_controls(each) for each in manoeuvres]
+    movements = _by_recorder(manoeuvres, controls)
+
+    def likelier(manoeuvre: Manoeuvre, stepped: tuple[str, ...]) -> Manoeuvre:
+        if not stepped:
+            return manoeuvre
+        movement = movements.get(_recorder(manoeuvre))
+        if movement is not None and _is_told(movement):
+            part = 2.0 * max(movement.now, 0.0)
+            return manoeuvre if part > INTERPOLATION.longest else _held(manoeuvre, stepped, part)
+        own = tuple(active for active in effects if active.acts_on(manoeuvre.name))
+        try:
+            return _likelier(manoeuvre, stepped, model, free, own)
+        except EstimationError:
+            return manoeuvre
+
+    return tuple(map(likelier, manoeuvres, controls))
+
+
+def _by_recorder(manoeuvres: Sequence[Manoeuvre], controls: Sequence[tuple[str, ...]]) -> dict[int, Movement]:
+    """What the angular rates of all flights sampled at one rate tell of their stepped controls."""
+    found: dict[int, list[Movement]] = {}
+    for manoeuvre, stepped in zip(manoeuvres, controls, strict=True):
+        movement = movement_between_samples(manoeuvre, stepped, INTERPOLATION.answered) if stepped else None
+        if movement is not None:
+            found.setdefault(_recorder(manoeuvre), []).append(movement)
+    return {rate: pooled(rows) for rate, rows in found.items()}
+
+
+def _recorder(manoeuvre: Manoeuvre) -> int:
+    """Samples in 100 s, by which recorders are told apart."""
+    return round(100.0 / manoeuvre.interval)
 
 
 def _is_told(movement: Movement) -> bool:

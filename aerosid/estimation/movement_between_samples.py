@@ -61,14 +61,18 @@ def movement_between_samples(manoeuvre: Manoeuvre, controls: Sequence[str], leas
             pairs += _parts_in_rate(manoeuvre, rate, controls, least_ratio)
     if not pairs:
         return None
-    now, before = (_weighted_mean(np.array([pair[i] for pair in pairs])) for i in (0, 1))
-    return Movement(*now, *before)
+    return pooled([Movement(*now.tolist(), *before.tolist()) for now, before in pairs])
 
 
-def _weighted_mean(parts: Array) -> tuple[float, float]:
-    """Mean and standard error of parts (K, 2) with theirs."""
-    weights = 1.0 / parts[:, 1] ** 2
-    return float(weights @ parts[:, 0] / weights.sum()), float(weights.sum() ** -0.5)
+def pooled(movements: Sequence[Movement]) -> Movement:
+    """The mean of at least one movement, weighted by the inverse of their variances."""
+    parts = np.array([[each.now, each.before] for each in movements])
+    weights = np.array([[each.now_error, each.before_error] for each in movements]) ** -2.0
+    (now, before), (now_error, before_error) = (
+        (weights * parts).sum(axis=0) / weights.sum(axis=0),
+        weights.sum(0) ** -0.5,
+    )
+    return Movement(float(now), float(now_error), float(before), float(before_error))
 
 
 def _parts_in_rate(

@@ -228,16 +228,11 @@ def _with_input_interpolation(problem: IdentificationProblem, settings: LoopSett
     if settings.catalogue == "terms":
         return problem
 
-    def likelier(flights: tuple[Manoeuvre, ...]) -> tuple[Manoeuvre, ...]:
-        return tuple(
-            with_likelier_interpolation(each, problem.declared, problem.free, problem.given) for each in flights
-        )
-
+    flights = (*problem.manoeuvres, *problem.others, *problem.held_out)
+    likelier = with_likelier_interpolation(flights, problem.declared, problem.free, problem.given)
+    fitted, predicted = len(problem.manoeuvres), len(problem.manoeuvres) + len(problem.others)
     return replace(
-        problem,
-        manoeuvres=likelier(problem.manoeuvres),
-        others=likelier(problem.others),
-        held_out=likelier(problem.held_out),
+        problem, manoeuvres=likelier[:fitted], others=likelier[fitted:predicted], held_out=likelier[predicted:]
     )
 
 

@@ -157,7 +157,7 @@ def _of_jumps(declared: LinearRow, manoeuvre: Manoeuvre) -> list[str]:
         worth = {
             name: abs(float(declared.B[declared.states.index(name), place])) * late / manoeuvre.noise[n]
             for n, name in enumerate(manoeuvre.axes.outputs)
-            if name in declared.states and name in ("p", "q", "r") and name in manoeuvre.outputs
+            if name in declared.states and name in ("p", "q", "r") and manoeuvre.noise[n] > 0.0  # NaN: not measured
         }
         rate = max(worth, key=lambda name: worth[name], default="")
         if rate and worth[rate] > SAMPLING.apparent:

@@ -64,7 +64,7 @@ def prepared(log: FlightLog) -> Manoeuvre:
 
 
 def selected(log: FlightLog) -> Manoeuvre:
-    return with_likelier_interpolation(prepared(log), declared_model(LIGHT, 100.0), FREE)
+    return with_likelier_interpolation([prepared(log)], declared_model(LIGHT, 100.0), FREE)[0]
 
 
 def test_a_held_elevator_flies_as_an_independent_integration_of_its_jumps() -> None:
@@ -177,10 +177,21 @@ def test_an_incomplete_structure_does_not_make_a_linear_elevator_a_held_one() ->
     """Of 20,000 samples without the flown C_m alpha^2 the likelihood prefers a held elevator by 221."""
     manoeuvre = prepared(long_flight(20_000, seed=9502, interval=0.01))
     assert stepped_controls(manoeuvre) == ("delta_e",)
-    assert with_likelier_interpolation(manoeuvre, declared_model(LIGHT, 100.0), FREE).flight.held.size == 0
+    (found,) = with_likelier_interpolation([manoeuvre], declared_model(LIGHT, 100.0), FREE)
+    assert found.flight.held.size == 0
 
 
 def test_rates_that_do_not_answer_a_control_tell_nothing() -> None:
     log = finely_flown(0.0, seed=9503)
     noise = np.random.default_rng(9504).standard_normal(log["q"].size)
     assert movement_between_samples(prepared(with_channels(log, q=noise)), ("delta_e",), ANSWERED) is None
+
+
+def test_flights_of_one_recorder_are_interpolated_alike() -> None:
+    """A quiet flight tells for one whose rates are too noisy; one sampled at another rate is asked by itself."""
+    quiet, coarse, noisy = finely_flown(0.04, seed=9510), finely_flown(0.0, 9511, every=10), finely_flown(0.0, 9513)
+    noisy = with_channels(noisy, q=noisy["q"] + 0.05 * np.random.default_rng(9512).standard_normal(noisy["q"].size))
+    assert selected(noisy).flight.held.size == 1
+    flights = [prepared(log) for log in (quiet, noisy, coarse)]
+    found = with_likelier_interpolation(flights, declared_model(LIGHT, 100.0), FREE)
+    assert [each.flight.held.size for each in found] == [0, 0, 1]
