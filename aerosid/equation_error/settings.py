@@ -180,6 +180,9 @@ class EquationErrorSettings:
     gust_possible : float
         The t-ratio, 1, from which the air is no longer taken as calm. Chosen: four pairs with nothing missing (seeds
         217, 219 and 220 of benchmarks/field_detection.py) whose gusts a coarse recorder hid have 2.0 to 5.6.
+    gust_hidden : float
+        The least response, 1, that then counts: below it the vane shows its own noise, whatever the t-ratio. Chosen:
+        half of the least of those pairs.
     followed : float
         Fraction, 1, of the heading's variance about its line that the integrated rates must explain for it to be the
         heading of this motion.
@@ -291,6 +294,7 @@ class EquationErrorSettings:
     gust_answer: float = 3.0
     gust_certain: float = 6.0
     gust_possible: float = 2.0
+    gust_hidden: float = 0.05
     followed: float = 0.5
     support: float = 2.0
     doubt: float = 1.0

@@ -10,12 +10,27 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import NONLINEAR_KINDS, StructureSearch
 
+BORDERLINE = 0.7
+"""Numerical: share of the critical t-ratio from which a search's quick deviations do not decide: they are the published
+ones raised by their usual shortfall, and made 4.2 of a ratio of 5.2 (C_X alpha*delta_e of JSBSim's c310)."""
+
 
 def eliminate_insignificant(search: StructureSearch, current: Refinement) -> Refinement:
     """The estimate without the added parts that are insignificant by their corrected standard deviations."""
-    while (reduced := without_least_significant(search, current, search.quick_deviations(current))) is not None:
+    while (reduced := without_least_significant(search, current, _sufficient_deviations(search, current))) is not None:
         current = reduced
     return current
+
+
+def _sufficient_deviations(search: StructureSearch, current: Refinement) -> Deviations:
+    """The search's quick deviations, or the full ones where only a borderline t-ratio is insignificant by those."""
+    quick = search.quick_deviations(current)
+    least = min(
+        (part.ratio for part in search.parts(current, quick) if not part.is_disturbance), default=search.critical
+    )
+    if BORDERLINE * search.critical <= least < search.critical:
+        return deviations(current, search.manoeuvres, whitened=search.stored_whitened(current))
+    return quick
 
 
 def eliminate_on_final_estimate(search: StructureSearch, completed: Refinement) -> tuple[Refinement, Deviations]:

@@ -11,6 +11,7 @@ from aerosid.effects.flow_separation import flow_separation, longest_separation
 from aerosid.estimation.competing_fits import fit_competing_structures
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.maximum_likelihood import Refinement, Start
+from aerosid.flight_model.term_grammar import LIFT
 from aerosid.search.backward_elimination import eliminate_insignificant
 from aerosid.search.findings import Finding, Part, identity
 from aerosid.search.forward_selection import forward_selection
@@ -86,9 +87,13 @@ def most_certain_step_change(search: StructureSearch, found: Refinement) -> list
 
 
 def may_imitate_separation(search: StructureSearch, current: Refinement) -> bool:
-    """Whether there are so many terms, some nonlinear in alpha, that flow separation may explain them all."""
+    """Whether there are so many terms that flow separation may explain them all, one of lift nonlinear in alpha.
+
+    Whatever else it changes, it takes lift away.
+    """
     terms = [part for part in search.parts(current, None) if part.entry is not None]
-    return len(terms) >= search.settings.separation.patches and any(map(is_nonlinear_in_alpha, terms))
+    of_lift = [part for part in terms if part.entry is not None and part.entry[0] in LIFT]
+    return len(terms) >= search.settings.separation.patches and any(map(is_nonlinear_in_alpha, of_lift))
 
 
 def is_nonlinear_in_alpha(part: Part) -> bool:

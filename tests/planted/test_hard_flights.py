@@ -106,7 +106,7 @@ def test_a_gust_does_not_explain_what_else_is_missing(tmp_path: Path) -> None:
         assert search is not None
         assert {finding.kind for finding in found.findings} == {"gust", kind}
         assert judge(found, identified.manoeuvres, identified.validation).verdict is Verdict.EXPLAINED
-        lacking = replace(found, completed=found.before, in_turbulence=None)
+        lacking = replace(found, completed=found.before, in_turbulence=None, dependence=None)
         lacking = with_turbulence_innovations(lacking, search)
         assert lacking.in_turbulence is not None
         assert judge(lacking, identified.manoeuvres).verdict is Verdict.PARTLY_EXPLAINED

@@ -68,8 +68,10 @@ def may_be_turbulent(found: Estimate) -> bool:
         Of the coefficient equations.
     """
     responses = (force_response(sensors.force, found) for sensors in GUST_SENSORS)
-    least = found.problem.settings.gust_possible
-    return any(each is not None and each[0] > least * each[1] for each in responses)
+    settings = found.problem.settings
+    return any(
+        each is not None and each[0] > max(settings.gust_possible * each[1], settings.gust_hidden) for each in responses
+    )
 
 
 def gust_fraction(kinematic: Estimate, vane: str) -> float:
