@@ -49,7 +49,7 @@ from aerosid.equation_error.selection.near_significant import (
     with_validation_fits,
 )
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Label, Name, effects_of
-from aerosid.equation_error.selection.predicted_convergence import better_predicting, converged_as_predicted
+from aerosid.equation_error.selection.predicted_convergence import converged_as_predicted, estimated_with_fewer_parts
 from aerosid.equation_error.selection.regressor_errors import (
     RegressorErrors,
     adopted_values,
@@ -234,12 +234,9 @@ def _level_shifts(
 def _declared_alike(start: Point, completed: Estimate, biased: Sequence[RegressorErrors]) -> Estimate:
     """The declared structure's estimate, its coefficients by the method by which those of the completed one are.
 
-    By least squares, or from other colours than the completed structure's, where that predicts a record better: a
-    deficient structure is given its better estimate.
+    By least squares where that predicts a record better: a deficient structure is given its better estimate.
     """
-    problem = replace(completed.problem, of_recorded_motion=False)
-    begun = estimate(problem, start, weights_restricted_to(completed, problem, start))
-    found = better_predicting(*map(converged_as_predicted, (estimate(problem, start), begun)))
+    found = estimated_with_fewer_parts(replace(completed.problem, of_recorded_motion=False), start, completed)
     for row in (row for row in biased if row.adopted):
         other = with_instrumental_values(found, {row.coefficient})
         if all(change >= 0.0 for _, change in changes_of_fit(found, other, row.coefficient)):

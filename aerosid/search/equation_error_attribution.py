@@ -20,9 +20,9 @@ from aerosid.effects.kinds import axes_of
 from aerosid.effects.step_input import instant_if_step, rise_of
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.equations.points import Point
-from aerosid.equation_error.regression.colour_convergence import converged
-from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.predicted_convergence import estimated_with_fewer_parts
 from aerosid.equation_error.selection.regressor_errors import with_instrumental_values
 from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
@@ -97,7 +97,7 @@ def _re_estimated(start: Refinement, *, decision: EquationErrorDecision, manoeuv
     )
     point = Point(start.model, start.free, effects)
     adopted = {row.coefficient for row in decision.regressor_errors if row.adopted}
-    found = with_instrumental_values(converged(estimate(completed.problem, point)), adopted).point
+    found = with_instrumental_values(estimated_with_fewer_parts(completed.problem, point, completed), adopted).point
     held = tuple(map(frozen, found.effects))
     return replace(with_initial_states(found.model, (), held, manoeuvres), seen_on_others=decision.level_shifts)
 

@@ -21,6 +21,7 @@ from aerosid.equation_error.regression.related_problems import as_compared, fitt
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.cross_validation import fits_with_shifts, residuals_with_shifts
 from aerosid.equation_error.selection.penalties import Label, effects_of
+from aerosid.equation_error.selection.predicted_convergence import estimated_with_fewer_parts
 from aerosid.equation_error.selection.structure import point_without
 from aerosid.equation_error.selection.wald_tests import EffectEstimate, unknown_indices
 from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
@@ -175,7 +176,8 @@ def _fits_without(decision: EquationErrorDecision, row: EffectEstimate) -> dict[
     """R^2 of each record and coefficient by the structure without an effect, the other instrument errors held."""
     problem = decision.completed.problem
     point = point_without(decision.completed.point, row.hypothesis)
-    found = estimate(problem, replace(point, effects=decision.with_instruments_held(point.effects)))
+    point = replace(point, effects=decision.with_instruments_held(point.effects))
+    found = estimated_with_fewer_parts(problem, point, decision.completed)
     fits = fits_with_shifts(as_compared(problem), decision.level_shifts, found)
     return {(fit.recording, fit.coefficient): fit.r2 for fit in fits}
 

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import math
 
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.colour_convergence import converged
-from aerosid.equation_error.regression.estimate import Estimate
-from aerosid.equation_error.regression.related_problems import as_compared
+from aerosid.equation_error.regression.estimate import Estimate, estimate
+from aerosid.equation_error.regression.problem import RegressionProblem
+from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.selection.cross_validation import fits_of
 
 RISE = 1e-3
@@ -25,6 +27,15 @@ def converged_as_predicted(found: Estimate) -> Estimate:
     if near is not found:
         return near
     return better_predicting(found, converged(found, math.inf))
+
+
+def estimated_with_fewer_parts(problem: RegressionProblem, point: Point, completed: Estimate) -> Estimate:
+    """The estimate of a part of the completed structure, begun without colours or with that structure's.
+
+    The one that predicts unseen records better: a deficient structure is given its better estimate.
+    """
+    begun = estimate(problem, point, weights_restricted_to(completed, problem, point))
+    return better_predicting(*map(converged_as_predicted, (estimate(problem, point), begun)))
 
 
 def better_predicting(found: Estimate, other: Estimate) -> Estimate:
