@@ -184,7 +184,7 @@ def report_folder(directory: Path, logs: Sequence[str], aircraft: str, channels:
         Where it cannot, or an input has the name of one of the files.
     """
     from aerosid.file_set import require_apart, require_writable
-    from aerosid.reporting.writing import FILES
+    from aerosid.reporting.file_names import FILES
 
     require_writable(directory)
     require_apart([directory / name for name in FILES], (*files_given(logs), aircraft, channels))

@@ -12,21 +12,27 @@ from aerosid.compiled.cores import available, begun, on_cores
 from aerosid.errors import AircraftError, UsageError
 from aerosid.file_set import require_apart, unfinished_folder
 from aerosid.loop.result import ClosedLoop
+from aerosid.reporting.file_names import (
+    COMPLETED_AIRCRAFT,
+    DERIVATIVES,
+    FILES,
+    NEXT_INPUT,
+    PAGE,
+    PAPER,
+    RESIDUALS,
+    RESULT,
+)
 from aerosid.reporting.page import Report, compose, report_html
 from aerosid.reporting.result_json import result_text
 from aerosid.reporting.tables import derivatives_csv, next_input_csv, residuals_csv
 
 TEXTS: dict[str, Callable[[ClosedLoop], str | None]] = {
-    "result.json": result_text,
-    "derivatives.csv": derivatives_csv,
-    "residuals.csv": residuals_csv,
-    "next_input.csv": next_input_csv,
+    RESULT: result_text,
+    DERIVATIVES: derivatives_csv,
+    RESIDUALS: residuals_csv,
+    NEXT_INPUT: next_input_csv,
 }
 """Every file with its text; None where it does not apply to the result."""
-PAGE = "report.html"
-PAPER = "report.pdf"
-COMPLETED_AIRCRAFT = "completed_aircraft.toml"
-FILES = (*TEXTS, PAGE, PAPER, COMPLETED_AIRCRAFT)
 
 
 def write_report(

@@ -9,7 +9,7 @@ import pytest
 from aerosid.aircraft.bundled import bundled_folder
 from aerosid.cli.main import main
 from aerosid.file_set import require_apart
-from aerosid.reporting.writing import FILES as REPORT
+from aerosid.reporting.file_names import FILES as REPORT
 from aerosid.studies.batch.writing import files_of
 from aerosid.studies.monte_carlo.writing import FILES as STUDY
 

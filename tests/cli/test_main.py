@@ -263,6 +263,18 @@ def test_the_loop_and_its_report_import_nothing_that_they_do_without() -> None:
     assert run.returncode == 0, run.stderr
 
 
+def test_the_loop_begins_without_what_writes_its_report() -> None:
+    code = (
+        "import sys, aerosid.loop.closed_loop, aerosid.reporting.console, aerosid.reporting.file_names; "
+        "from aerosid.cli.close_loop import report_folder; from pathlib import Path; "
+        "report_folder(Path('out'), ['log.csv'], 'aircraft.toml', None); "
+        "spared = {'jinja2', *(f'aerosid.reporting.{name}' for name in ('writing', 'page', 'result_schema'))}; "
+        "sys.exit(' '.join(sorted(spared & set(sys.modules))) or 0)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+
+
 def test_module_and_reader_that_goes_away() -> None:
     command = f'"{sys.executable}" -m aerosid formats | head -1'
     run = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)

@@ -13,8 +13,8 @@ from problems_report import closed_loop
 import aerosid
 from aerosid.errors import UsageError
 from aerosid.loop.result import ClosedLoop
+from aerosid.reporting.file_names import FILES
 from aerosid.reporting.notebook import Result
-from aerosid.reporting.writing import FILES
 
 LONGEST = 400
 """Characters of a repr: a result of two flights had 1,037,305."""

@@ -9,9 +9,9 @@ from typing import Any
 
 from aerosid import __version__
 from aerosid.file_set import Writer, text, write_files
+from aerosid.reporting.file_names import FILES
 from aerosid.reporting.paper import page_pdf
 from aerosid.reporting.result_json import portable
-from aerosid.reporting.writing import FILES
 from aerosid.studies.batch.page import drawn_figure, page_html
 from aerosid.studies.batch.run import REPORTS, Batch
 from aerosid.studies.batch.table import structure_of
