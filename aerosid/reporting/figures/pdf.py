@@ -21,6 +21,7 @@ from aerosid.reporting.figures.chart import (
     Points,
 )
 from aerosid.reporting.figures.layout import ACROSS, label_lines, tick_texts
+from aerosid.reporting.figures.pdf_path import PathOfLines
 from aerosid.reporting.thinning import envelope, unbroken
 
 if TYPE_CHECKING:
@@ -152,22 +153,17 @@ class Paper:
         self.canvas.setLineCap(0)
         self.canvas.setLineJoin(1)
         self.canvas.setDash(list(DASHES.get(role, ())))
-        path = self.canvas.beginPath()
+        path = PathOfLines()
         for line in lines:
-            places = np.clip(np.round(line, 2), -2e4, 2e4).tolist()
-            path.moveTo(*places[0])
-            for x, y in places[1:]:
-                path.lineTo(x, y)
+            path.line(line)
         self.canvas.drawPath(path, stroke=1, fill=0)
 
     def _fill(self, sides: list[FloatArray], role: str) -> None:
-        places = np.clip(np.round(np.concatenate(sides), 2), -2e4, 2e4).tolist()
-        if not places:
+        places = np.concatenate(sides)
+        if not places.size:
             return
-        path = self.canvas.beginPath()
-        path.moveTo(*places[0])
-        for x, y in places[1:]:
-            path.lineTo(x, y)
+        path = PathOfLines()
+        path.line(places)
         path.close()
         self.canvas.setFillColor(self.colours[role])
         self.canvas.drawPath(path, stroke=0, fill=1)
@@ -178,8 +174,6 @@ class Paper:
         self.canvas.setLineWidth(1.6)
         self.canvas.setLineCap(1)
         self.canvas.setDash([])
-        path = self.canvas.beginPath()
-        for x, y in np.round(places, 2).tolist():
-            path.moveTo(x, y)
-            path.lineTo(x, y)
+        path = PathOfLines()
+        path.dots(places)
         self.canvas.drawPath(path, stroke=1, fill=0)
