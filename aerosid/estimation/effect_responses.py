@@ -26,22 +26,27 @@ def input_directions(
     effects: Sequence[ActiveEffect],
     flight: Flight,
     tested: Sequence[ActiveEffect],
-) -> NDArray[np.float64]:
-    """Sensitivities of the acting inputs to each parameter of an input effect, acting or tested: (N, E, D)."""
-    time, extra = manoeuvre.flight.time, len(model.extra_columns)
+) -> list[dict[int, NDArray[np.float64]]]:
+    """Sensitivities of the acting inputs to each parameter of an input effect, acting or tested.
+
+    Returns
+    -------
+    list of dict of int to ndarray, shape (N,)
+        Of each parameter, by the places among the extra inputs of those that it moves.
+    """
+    time = manoeuvre.flight.time
     acting = list(parameters_of(effects, InputEffect))
     tested_parameters = list(parameters_of(tested, InputEffect, StateEffect))
-    directions = np.zeros((time.size, extra, len(acting) + len(tested_parameters)))
+    directions: list[dict[int, NDArray[np.float64]]] = [{} for _ in (*acting, *tested_parameters)]
     chain = ActingChain.of(model, manoeuvre, effects) if acting else None
     for place, (active, n) in enumerate(acting):
         if chain is not None and active.acts_on(manoeuvre.name):
             for column, direction in chain.direction(active, n).items():
-                directions[:, model.extra_place(column), place] = direction
+                directions[place][model.extra_place(column)] = direction
     states: NDArray[np.float64] | None = None
     if any(isinstance(active.effect, StateEffect) for active in tested):
         states = simulated_states(model, flight, values, state)
     for place, (active, n) in enumerate(tested_parameters, start=len(acting)):
-        column_direction = directions[:, :, place]
         effect = active.effect
         step = effect.parameters[n].step
         sides = active.perturbed(n, step), active.perturbed(n, -step)
@@ -50,10 +55,10 @@ def input_directions(
             # At zero strength the effect changes its own motion only through the inputs that it fills.
             more, less = (added_along(side, model, flight, values, states, manoeuvre.ground) for side in sides)
             for column in effect.columns:
-                column_direction[:, model.extra_place(column)] = (more[column] - less[column]) / width
+                directions[place][model.extra_place(column)] = (more[column] - less[column]) / width
         elif isinstance(effect, InputEffect) and active.acts_on(manoeuvre.name):
             upper_side, lower_side = (transformed(effect, model, time, flight.inputs, side.values) for side in sides)
-            column_direction[:, model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
+            directions[place][model.extra_place(effect.where_acts)] = (upper_side - lower_side) / width
     return directions
 
 

@@ -32,7 +32,7 @@ from aerosid.estimation.simulated_slopes import slopes_by_simulation
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry
 from aerosid.flight_model.axes import UNCOUPLED
 from aerosid.flight_model.flight import Flight
-from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
+from aerosid.flight_model.response import make_directions, make_trace, make_trace_carry, trace_stretch
 from aerosid.signals.column_products import output_products
 from aerosid.signals.input_noise import InputNoise, noisy_inputs_alone
 from aerosid.signals.sensor_dynamics import SensorStates
@@ -246,13 +246,13 @@ class Likelihood:
             loop = motion_loop(model, flight, values, state, effects, ground, self.free, width - 1)
             flight = loop.flight
         moves = input_directions(self.model, manoeuvre, values, state, effects, flight, tested)
-        directions = Directions(moves, direction_places(1 + own, effects, tested))
         samples, extra = flight.time.size, memory.size
+        directions = make_directions(moves, direction_places(1 + own, effects, tested), samples, extra)
         # A delayed output looks back: records of moderate length stay whole, longer ones begin anew each stretch.
         remembers = any(isinstance(active.effect, OutputEffect | StateEffect) for active in effects)
         sides = slopes_by_simulation(self.model, manoeuvre, values, state, effects, tested)
         reach = samples if whole or (remembers and samples <= WHOLE * STRETCH) else STRETCH
-        carry = make_trace_carry(state, self.free.size, moves.shape[2])
+        carry = make_trace_carry(state, self.free.size, len(moves))
         present = np.isfinite(flight.measured)
         for begin in range(0, samples, reach):
             stop = min(begin + reach, samples)

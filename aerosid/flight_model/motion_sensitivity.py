@@ -230,11 +230,12 @@ def _states_moved(
             sight[seen, a] = trace.outputs_x[row, i, a]
         for c in range(states.shape[1]):
             states[seen, c] = trace.block[row, i, 1 + c]
-        for j in range(directions.inputs.shape[1]):
+        for j in range(directions.begin.shape[0]):
             slope = trace.outputs_u[row, i, j]
             if slope != 0.0:
-                for d in range(directions.places.shape[0]):
-                    states[seen, directions.places[d] - 1] -= slope * directions.inputs[k, j, d]
+                shift = directions.begin[j] - directions.first[j]
+                for d in range(directions.first[j], directions.stop[j]):
+                    states[seen, directions.places[d] - 1] -= slope * directions.inputs[k, shift + d]
         seen += 1
     solve_by_elimination(sight, states)
 
@@ -306,5 +307,8 @@ def _coefficients_moved(
                 room.direct[n, c] = room.by_term[n, c] if c < free.shape[0] else 0.0
             for j in range(extra):
                 if room.by_input[n, j] != 0.0:
-                    for d in range(directions.places.shape[0]):
-                        room.direct[n, directions.places[d] - 1] += room.by_input[n, j] * directions.inputs[k, j, d]
+                    shift = directions.begin[j] - directions.first[j]
+                    for d in range(directions.first[j], directions.stop[j]):
+                        room.direct[n, directions.places[d] - 1] += (
+                            room.by_input[n, j] * directions.inputs[k, shift + d]
+                        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -43,13 +44,39 @@ class TraceCarry(NamedTuple):
 
 
 class Directions(NamedTuple):
-    """Changes of the extra inputs whose effect is wanted: `inputs` (N, E, D), linear between samples.
+    """Changes of the extra inputs whose effect is wanted, linear between samples.
 
-    `places` (D,): the column of the block that each one's effect is written to.
+    Most move one input alone. Input j changes along directions `first[j]` to `stop[j]` - 1 out of D, `first` and `stop`
+    (E,), and its changes are columns `begin[j]` and following of `inputs` (N, P). `places` (D,): the column of the
+    block that each one's effect is written to.
     """
 
     inputs: NDArray[np.float64]
+    first: NDArray[np.int64]
+    stop: NDArray[np.int64]
+    begin: NDArray[np.int64]
     places: NDArray[np.int64]
+
+
+def make_directions(
+    moved: Sequence[Mapping[int, NDArray[np.float64]]], places: NDArray[np.int64], samples: int, extra_inputs: int
+) -> Directions:
+    """`Directions` along each of which some extra inputs change, (N,) each by their places, in order of those inputs.
+
+    `places` (D,): as in `Directions`.
+    """
+    order = sorted(range(len(moved)), key=lambda n: min(moved[n], default=extra_inputs))
+    first, stop = (np.zeros(extra_inputs, dtype=np.int64) for _ in range(2))
+    for d, n in enumerate(order):
+        for j in moved[n]:
+            first[j], stop[j] = d if stop[j] == 0 else first[j], d + 1
+    ends = np.cumsum(stop - first)
+    begin = ends - (stop - first)
+    changes = np.zeros((int(ends[-1]) if extra_inputs else 0, samples))
+    for d, n in enumerate(order):
+        for j, change in moved[n].items():
+            changes[begin[j] + d - first[j]] = change
+    return Directions(np.ascontiguousarray(changes.T), first, stop, begin, places[order])
 
 
 def make_trace(samples: int, extra_inputs: int, columns: int, axes: Axes) -> Trace:
@@ -153,7 +180,7 @@ def _trace(
     """As `trace_stretch`, in work arrays that are given; `kept` of the `columns` are those of parameters."""
     samples, substeps, layout = flight.time.shape[0], flight.substeps, constants.layout
     states = state_count(layout)
-    extra, own, count = work.rates_u.shape[1], free.shape[0] + states, directions.places.shape[0]
+    extra, own = work.rates_u.shape[1], free.shape[0] + states
     start, end = kept + states, kept + states + extra
     nodes = 2 * ((substeps + 1) // 2)
     length, fraction, share, jumps = 0.0, 0.0, 0.0, flight.held.shape[0] > 0
@@ -202,10 +229,14 @@ def _trace(
                             by_start, by_end = columns[a, start + j], columns[a, end + j]
                             trace.start[row - 1, a, j] = by_start
                             trace.end[row - 1, a, j] = by_end
-                            for c in range(count):
-                                columns[a, own + c] += (
-                                    by_start * directions.inputs[k - 1, j, c] + by_end * directions.inputs[k, j, c]
-                                )
+                            first, wanted = directions.first[j], directions.stop[j] - directions.first[j]
+                            if wanted > 0:
+                                at = directions.begin[j]
+                                earlier = directions.inputs[k - 1, at : at + wanted]
+                                later = directions.inputs[k, at : at + wanted]
+                                pushed = columns[a, own + first : own + first + wanted]
+                                for c in range(wanted):
+                                    pushed[c] += by_start * earlier[c] + by_end * later[c]
                 if k == stop:
                     break
                 _record(k, row, columns, recorded, free, directions, constants, work, trace)
@@ -274,5 +305,6 @@ def _record(
         for j in range(extra):
             pushed = work.outputs_u[i, j]
             if pushed != 0.0:
-                for c in range(count):
-                    block[directions.places[c]] += pushed * directions.inputs[k, j, c]
+                shift = directions.begin[j] - directions.first[j]
+                for c in range(directions.first[j], directions.stop[j]):
+                    block[directions.places[c]] += pushed * directions.inputs[k, shift + c]

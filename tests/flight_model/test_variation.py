@@ -6,14 +6,14 @@ import itertools
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from problems import Problem
 
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import Flight, simulate_outputs
-from aerosid.flight_model.response import Directions, make_trace, make_trace_carry, trace_stretch
+from aerosid.flight_model.response import make_directions, make_trace, make_trace_carry, trace_stretch
 from aerosid.flight_model.terms import parse_term
 from aerosid.signals.trace import Trace
 
@@ -45,7 +45,8 @@ class Case:
     def traced(self, stretches: int = 1) -> Trace:
         samples, extra = self.flight.time.size, self.moves.shape[1]
         width = 1 + self.free.size + 5 + 2
-        directions = Directions(self.moves, np.array([width - 1, width - 2]))
+        moved = [dict(enumerate(along.T)) for along in np.moveaxis(self.moves, 2, 0)]
+        directions = make_directions(moved, np.array([width - 1, width - 2]), samples, extra)
         carry = make_trace_carry(self.state, self.free.size, 2)
         parts = []
         bounds = np.linspace(0, samples, stretches + 1).astype(int)
@@ -126,6 +127,27 @@ def test_sensitivities_of_an_elevator_held_between_samples_are_slopes_of_the_sim
     case.flight = case.flight._replace(held=np.array([8]), ramp=0.3)
     assert _error(case, case.differences()) < 3e-6
     assert _error(case, linear) > 1e-2
+
+
+def test_directions_hold_every_change_once() -> None:
+    """Of one input, of two, of none and of the last, in an order that is not that of the inputs."""
+    generator = np.random.default_rng(2)
+    moved = [{j: generator.standard_normal(6) for j in each} for each in ([2], [], [0, 3], [0], [2, 0], [3])]
+    places = np.array([7, 3, 9, 4, 8, 5])
+    found = make_directions(moved, places, 6, 4)
+    dense = np.zeros((6, 4, 10))
+    for j, (first, stop, begin) in enumerate(zip(found.first, found.stop, found.begin, strict=True)):
+        for d in range(first, stop):
+            dense[:, j, found.places[d]] += found.inputs[:, begin + d - first]
+    for changes, place in zip(moved, places, strict=True):
+        for j in range(4):
+            assert_array_equal(dense[:, j, place], changes.get(j, np.zeros(6)))
+    assert sorted(found.places) == sorted(places)
+
+
+def test_a_direction_of_one_input_is_not_held_for_the_others() -> None:
+    moved = [{j: np.ones(5)} for j in (1, 0, 1, 2, 0)]
+    assert make_directions(moved, np.arange(5), 5, 3).inputs.shape == (5, 5)
 
 
 @pytest.mark.parametrize("ramp", [1.0, 0.3])
