@@ -57,6 +57,10 @@ class Refinement:
         Effects as they act on logs that were not fitted, stored at first use: by name, start and samples.
     on_others : dict
         The structure re-estimated on such logs, None where no estimate exists, likewise.
+    residuals : dict
+        Whitened residuals (N, m) of the stretches of some manoeuvres, each with the index of its manoeuvre, likewise.
+    errors_on : dict
+        Errors of the open-loop prediction of logs, root-mean-square of each channel, likewise.
     reduced : dict
         Re-estimates without some parts, stored at first use: by the terms and effects that are left.
     """
@@ -76,6 +80,12 @@ class Refinement:
         init=False, default_factory=dict, repr=False, compare=False
     )
     on_others: dict[tuple[str, float, int], Refinement | None] = field(
+        init=False, default_factory=dict, repr=False, compare=False
+    )
+    residuals: dict[tuple[tuple[str, float, int], ...], tuple[tuple[int, NDArray[np.float64]], ...]] = field(
+        init=False, default_factory=dict, repr=False, compare=False
+    )
+    errors_on: dict[tuple[str, float, int], dict[str, float | None]] = field(
         init=False, default_factory=dict, repr=False, compare=False
     )
     reduced: dict[tuple[tuple[Entry, ...], tuple[ActiveEffect, ...]], Refinement] = field(

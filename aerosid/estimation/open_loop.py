@@ -98,6 +98,16 @@ def respond(
     return Response(outputs, states, rms)
 
 
+def prediction_errors(
+    at: Refinement, manoeuvre: Manoeuvre, fuller: Refinement | None = None
+) -> dict[str, float | None]:
+    """Root-mean-square errors of an estimate's open-loop response to a log, its effects `on_log`, computed once."""
+    log = manoeuvre.span
+    if log not in at.errors_on:
+        at.errors_on[log] = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre, fuller)).rms
+    return at.errors_on[log]
+
+
 def _is_bias(active: ActiveEffect) -> bool:
     """Whether an effect is an instrument's bias, which differs between flights."""
     kind = KINDS.get(active.effect.kind)

@@ -13,6 +13,9 @@ from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, whiten
 from aerosid.signals.fit_statistics import is_coloured, noise_memories
 
+KEPT = 1_000_000
+"""Numerical: size of an estimate's residuals up to which they are kept, 8 MB."""
+
 
 def unexplained_channels(
     refinement: Refinement,
@@ -35,11 +38,12 @@ def unexplained_channels(
     least = RESIDUAL_TESTS.recorded_ratio if noise_hidden else RESIDUAL_TESTS.noise_ratio
     least_share = RESIDUAL_TESTS.recorded_share if noise_hidden else least_share
     unexplained: dict[str, None] = {}
-    for part in whiten(refinement, manoeuvres, columns=()) if whitened is None else whitened:
-        manoeuvre = manoeuvres[part.log]
+    residuals = _residuals(refinement, manoeuvres) if whitened is None else ((w.log, w.residual) for w in whitened)
+    for log, residuals_of_log in residuals:
+        manoeuvre = manoeuvres[log]
         ratios: dict[int, float] = {}
         for i in range(len(manoeuvre.axes.outputs)):
-            residual = part.residual[np.isfinite(part.residual[:, i]), i]
+            residual = residuals_of_log[np.isfinite(residuals_of_log[:, i]), i]
             if residual.size < RESIDUAL_TESTS.fewest or manoeuvre.noise[i] == 0.0:
                 continue  # too few samples, or a quantised record that holds its last sample: its noise is not known
             size = float(np.sqrt(np.mean(residual**2))) * level[i]
@@ -47,7 +51,7 @@ def unexplained_channels(
             if size**2 <= least_share * manoeuvre.spread[i] ** 2:
                 continue
             if noise_hidden:
-                slow = _means(manoeuvre.flight.time, part.residual[:, i], memory)
+                slow = _means(manoeuvre.flight.time, residuals_of_log[:, i], memory)
                 share = float(np.mean(slow**2)) * level[i] ** 2 / manoeuvre.spread[i] ** 2
                 if share <= least_share or not is_coloured(slow):
                     continue
@@ -55,11 +59,23 @@ def unexplained_channels(
                 ratios[i] = ratio
         if not ratios:
             continue
-        memories = noise_memories(manoeuvre.flight.time, part.residual)
+        memories = noise_memories(manoeuvre.flight.time, residuals_of_log)
         for i, ratio in ratios.items():
             if not ratio < RESIDUAL_TESTS.as_remembered * _noise_understatement(memories[i]):
                 unexplained[manoeuvre.axes.outputs[i]] = None
     return tuple(unexplained)
+
+
+def _residuals(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> Iterable[tuple[int, NDArray[np.float64]]]:
+    """The whitened residuals (N, m) of each stretch, with the index of its manoeuvre; those of short records once."""
+    logs = tuple(manoeuvre.span for manoeuvre in manoeuvres)
+    if logs in refinement.residuals:
+        return refinement.residuals[logs]
+    residuals = ((part.log, part.residual) for part in whiten(refinement, manoeuvres, columns=()))
+    if sum(manoeuvre.flight.measured.size for manoeuvre in manoeuvres) > KEPT:
+        return residuals
+    refinement.residuals[logs] = tuple(residuals)
+    return refinement.residuals[logs]
 
 
 def _means(time: NDArray[np.float64], residual: NDArray[np.float64], interval: float) -> NDArray[np.float64]:
@@ -79,11 +95,11 @@ def _noise_understatement(memory: float) -> float:
 def coloured_noise(refinement: Refinement, manoeuvres: Sequence[Manoeuvre]) -> tuple[tuple[str, str, float], ...]:
     """Log, channel and memory (correlation of successive samples) of each sensor whose own noise is coloured."""
     found = []
-    for part in whiten(refinement, manoeuvres, columns=()):
-        manoeuvre = manoeuvres[part.log]
-        memories = noise_memories(manoeuvre.flight.time, part.residual)
+    for log, residuals in _residuals(refinement, manoeuvres):
+        manoeuvre = manoeuvres[log]
+        memories = noise_memories(manoeuvre.flight.time, residuals)
         for i, name in enumerate(manoeuvre.axes.outputs):
-            residual = part.residual[:, i]
+            residual = residuals[:, i]
             if memories[i] > 0.0 and is_coloured(residual[np.isfinite(residual)]):
                 found.append((manoeuvre.name, name, float(memories[i])))
     return tuple(found)

@@ -9,7 +9,7 @@ import numpy as np
 
 from aerosid.errors import EstimationError
 from aerosid.estimation.manoeuvre import Manoeuvre
-from aerosid.estimation.open_loop import on_log, respond
+from aerosid.estimation.open_loop import prediction_errors
 from aerosid.loop.identification_problem import IdentificationProblem
 from aerosid.loop.methods import MethodResult, by_model_error
 from aerosid.loop.model_validation.open_loop_errors import noise_doubts
@@ -164,11 +164,7 @@ def _comparison(ratio: float | None, role: str, count: int) -> str:
 
 def _errors(found: Attribution, flights: Sequence[Manoeuvre]) -> list[dict[str, float | None]]:
     """Open-loop error of each channel on each flight; None where the simulation left its range."""
-    completed = found.completed
-    return [
-        dict(respond(completed.model, flight, completed.variance, effects=on_log(completed, flight)).rms)
-        for flight in flights
-    ]
+    return [prediction_errors(found.completed, flight) for flight in flights]
 
 
 def _ratio(errors: Sequence[dict[str, float | None]], reference: Sequence[dict[str, float | None]]) -> float | None:

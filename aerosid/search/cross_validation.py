@@ -10,7 +10,7 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS, RefinementSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.estimation.open_loop import on_log, respond
+from aerosid.estimation.open_loop import on_log, prediction_errors
 from aerosid.estimation.residual_tests import unexplained_channels
 from aerosid.search.findings import Part
 from aerosid.search.structure_search import StructureSearch
@@ -61,8 +61,7 @@ def prediction_error(at: Refinement, manoeuvres: Sequence[Manoeuvre]) -> float:
     """Sum of squared errors of the open-loop predictions in units of the noise; infinite where one diverges."""
     total = 0.0
     for manoeuvre in manoeuvres:
-        rms = respond(at.model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
-        for name, value in rms.items():
+        for name, value in prediction_errors(at, manoeuvre).items():
             i = manoeuvre.row(name)
             if manoeuvre.noise[i] == 0.0:
                 continue  # a quantised record that holds its last sample: its noise is not known

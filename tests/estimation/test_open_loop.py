@@ -12,10 +12,11 @@ from problems import NOISE, Problem
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.step_change import step_change
 from aerosid.effects.step_input import instant_of
+from aerosid.estimation import open_loop
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement
-from aerosid.estimation.open_loop import on_log, respond, simulate
+from aerosid.estimation.open_loop import on_log, prediction_errors, respond, simulate
 from aerosid.flight_model.aerodynamics import AerodynamicModel
 
 JUMP = ActiveEffect(step_change("C_m", 3.0, 0.03), (-0.01, 3.0), "first")
@@ -41,6 +42,16 @@ def flown(changes: tuple[ActiveEffect, ...], seed: int) -> tuple[AerodynamicMode
     held = np.isfinite(manoeuvre.flight.measured)
     flight = manoeuvre.flight._replace(measured=np.where(held, measured, np.nan))
     return model, replace(manoeuvre, flight=flight)
+
+
+def test_errors_of_a_prediction_are_those_of_the_response_and_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    changes = (replace(JUMP, values=(-0.01, 4.52), log="second"),)
+    model, manoeuvre = flown(changes, 3)
+    at = found(model, manoeuvre)
+    wanted = respond(model, manoeuvre, at.variance, effects=on_log(at, manoeuvre)).rms
+    assert prediction_errors(at, manoeuvre) == wanted
+    monkeypatch.setattr(open_loop, "respond", lambda *_arguments, **_named: pytest.fail("simulated again"))
+    assert prediction_errors(at, manoeuvre) == wanted
 
 
 @pytest.mark.parametrize("time", [1.7, 4.52, 9.3])

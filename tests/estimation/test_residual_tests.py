@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from problems import BOTH_SQUARES, NOISE, Problem, entry, with_channels
 from scipy.signal import butter, filtfilt, lfilter
 
+from aerosid.estimation import residual_tests
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS, TRIAL
-from aerosid.estimation.maximum_likelihood import refine
+from aerosid.estimation.maximum_likelihood import refine, whiten
 from aerosid.estimation.open_loop import respond
 from aerosid.estimation.residual_tests import coloured_noise, unexplained_channels
 
@@ -28,6 +30,30 @@ def test_channels_with_residuals_above_noise_are_those_of_a_simulation(complete:
     assert bool(told) is not complete
     assert coloured_noise(found, [manoeuvre]) == ()
     assert np.isfinite(list(errors.values())).all()
+
+
+def test_the_residuals_of_an_estimate_are_simulated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However they are tested; those of other flights, or of a part of one, are others."""
+    problem = Problem(undeclared=BOTH_SQUARES)
+    model, manoeuvre = problem.prepared(problem.fly())
+    found = refine(model, [manoeuvre], model.entries, settings=TRIAL)
+    asked: list[int] = []
+
+    def counted(*arguments: Any, **named: Any) -> Any:
+        asked.append(1)
+        return whiten(*arguments, **named)
+
+    monkeypatch.setattr(residual_tests, "whiten", counted)
+    told = unexplained_channels(found, [manoeuvre])
+    assert told == unexplained_channels(found, [manoeuvre]) == unexplained_channels(replace(found), [manoeuvre])
+    unexplained_channels(found, [manoeuvre], least_share=0.5)
+    coloured_noise(found, [manoeuvre])
+    assert len(asked) == 2  # the copy's own
+    half = manoeuvre.flight._replace(
+        time=manoeuvre.flight.time[:100], inputs=manoeuvre.flight.inputs[:100], measured=manoeuvre.flight.measured[:100]
+    )
+    unexplained_channels(found, [replace(manoeuvre, flight=half)])
+    assert len(asked) == 3
 
 
 @pytest.mark.parametrize("value", [-1.2, -0.03], ids=["much", "little"])

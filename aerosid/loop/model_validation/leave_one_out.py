@@ -11,7 +11,7 @@ from aerosid.errors import EstimationError
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.estimation.maximum_likelihood import Refinement, refine_on
-from aerosid.estimation.open_loop import on_log, respond
+from aerosid.estimation.open_loop import prediction_errors
 from aerosid.search.attribution import Attribution
 from aerosid.search.findings import Identity, Part, identity
 from aerosid.search.structure_search import StructureSearch
@@ -94,5 +94,5 @@ def _errors(at: Refinement, flights: Sequence[Manoeuvre], fuller: Refinement | N
     return {
         (n, channel): error
         for n, flight in enumerate(flights)
-        for channel, error in respond(at.model, flight, at.variance, effects=on_log(at, flight, fuller)).rms.items()
+        for channel, error in prediction_errors(at, flight, fuller).items()
     }
