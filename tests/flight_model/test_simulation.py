@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from oracles.flight import Airframe, simulate, state_rates
-from problems import BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, SILENT, UNSTABLE, Problem
+from problems import BOTH_SQUARES, LIFT_AND_DRAG, LIGHT, SILENT, UNSTABLE, Problem, entry
 
 from aerosid.aircraft import Aircraft
 from aerosid.aircraft.declared_model import declared_model
 from aerosid.errors import EstimationError
+from aerosid.flight_model.aerodynamics import Entry
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.flight_model.flight import Flight, simulate_outputs
 from aerosid.flight_model.simulation import doublet, fly, three_two_one_one, trim
@@ -143,3 +144,37 @@ def test_shapes_of_the_usual_inputs() -> None:
     ]  # fmt: skip
     levels = three_two_one_one(time, 0.0, 0.2, 1.0)
     assert levels[:16].tolist() == [1.0] * 6 + [-1.0] * 4 + [1.0] * 2 + [-1.0] * 2 + [0.0] * 2
+
+
+@pytest.mark.parametrize("value", [-1.2, 0.0], ids=["the last term acts", "the last term is a candidate too"])
+def test_candidates_of_zero_value_leave_every_bit(value: float) -> None:
+    """Between terms that act, and after the last of them."""
+    problem = Problem(duration=2.0)
+    model, manoeuvre = problem.prepared(problem.fly())
+    square = entry("C_m", "alpha^2")
+
+    def flown(*terms: Entry) -> np.ndarray:
+        longer = model.extended(terms)
+        values = np.array(longer.values)
+        if terms:
+            values[longer.index(square)] = value
+        outputs, _ = simulate_outputs(manoeuvre.first_state, manoeuvre.flight, values, longer.table, longer.constants)
+        return np.asarray(outputs)
+
+    among_candidates = flown(entry("C_m", "alpha^3"), square, entry("C_X", "alpha^3"))
+    np.testing.assert_array_equal(among_candidates, flown(square))
+    assert np.array_equal(among_candidates, flown()) == (value == 0.0)
+
+
+def test_a_body_without_forces_falls() -> None:
+    """Every term is zero: gravity and the rates' inertia alone, by Newton."""
+    problem = Problem(duration=1.0)
+    model, manoeuvre = problem.prepared(problem.fly())
+    inputs = manoeuvre.flight.inputs.copy()
+    inputs[:, model.columns.index("thrust")] = 0.0
+    flight = manoeuvre.flight._replace(inputs=inputs)
+    state = np.array([100.0, 0.0, 0.0, 0.0, 500.0])
+    _, states = simulate_outputs(state, flight, np.zeros(model.values.size), model.table, model.constants)
+    time = flight.time - flight.time[0]
+    assert_allclose(states[:, 1], 9.80665 * time, rtol=1e-9, atol=1e-9)
+    assert_allclose(states[:, 4], 500.0 - 0.5 * 9.80665 * time**2, rtol=1e-9)
