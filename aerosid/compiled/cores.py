@@ -33,6 +33,11 @@ MOST = 10_000
 """Numerical: items that are dealt out; their numbers have to fit into a pipe that nobody empties yet."""
 
 
+YIELDS = 5
+"""Numerical: niceness of a copy that yields, a third of another one's share of a core that both want: on a machine that
+others keep busy too it is to be done in time."""
+
+
 Shared = tuple[mmap.mmap, int]
 """Memory that several processes see, and where a number stands in it."""
 
@@ -216,7 +221,7 @@ def both(
     return first, second
 
 
-def begun(task: Callable[[], _Result]) -> Callable[[], _Result]:
+def begun(task: Callable[[], _Result], *, yielding: bool = False) -> Callable[[], _Result]:
     """Begins a task beside what follows, where there is a core for it; what is returned waits for its result.
 
     Parameters
@@ -225,10 +230,18 @@ def begun(task: Callable[[], _Result]) -> Callable[[], _Result]:
         Changes nothing but caches; its result can be sent between processes. Without a second core it is done when the
         result is asked for, and so is what a copy could not do, so that an error is this process's own. Where nobody
         asks, the copy ends when it is done.
+    yielding : bool
+        Whether it leaves the cores to what was begun before and is waited for longer, as far as that needs them.
     """
     if _allowed.get() < 2 or sys.platform != "linux":
         return task
-    place, here = _copied(lambda: {0: task()})
+
+    def work() -> dict[int, _Result]:
+        if yielding:
+            os.nice(YIELDS)
+        return {0: task()}
+
+    place, here = _copied(work)
 
     def result() -> _Result:
         done = _received(place, here)

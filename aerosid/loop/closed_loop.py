@@ -127,7 +127,7 @@ def close_loop(
             verdict, leaves = _judgement(estimate.found, identified)
         known = _Judged(identified, estimate, identified.search, verdict, leaves)
         result = _judged(known, settings, progress, signed)
-        consequences = begun(lambda: _consequences(result, known, requirement, settings))
+        consequences = begun(lambda: _consequences(result, known, requirement, settings), yielding=True)
         judged(result)
         pictures = _pictures(known, settings, progress)
         opinion = identified.second_opinion

@@ -65,7 +65,9 @@ def model_error_pictures(
     structure = (*found.before.free, *chosen)
     known_before = {active.key for active in found.before.effects}
     further = [active for active in found.completed.effects if active.key not in known_before]
-    smoothed = begun(lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen, further))
+    smoothed = begun(
+        lambda: smoothed_histories(found.completed, manoeuvres, coefficients, chosen, further), yielding=True
+    )
     try:
         deficient = declared_chain() if declared_chain is not None else None
         if deficient is None or deficient.entries != found.before.free:
@@ -76,14 +78,14 @@ def model_error_pictures(
         if chosen:
             near = deficient.error_density
             completed = run_chain(declared.extended(chosen), manoeuvres, structure, settings, near)
-        histories, correlations = smoothed()
-        if not histories:
-            histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
         regressors = regressor_pictures(completed, manoeuvres, chosen, closest_rivals(screening, candidates), settings)
         off = replace(settings, filtering="off", error_density=tuple(completed.error_density.tolist()))
         unfiltered = completed
         if settings.filtering != "off" and any(part.butterworth for part in completed.fed):
             unfiltered = run_chain(declared.extended(chosen), manoeuvres, structure, off)
+        histories, correlations = smoothed()  # which yields to what is computed here, and is waited for last
+        if not histories:
+            histories, correlations = error_histories(completed, manoeuvres, chosen, settings)
     except EstimationError:
         return None
     beyond = {history.coefficient for history in histories if history.left_its_range}

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from aerosid.compiled.cores import NumberSeenByCopies, allowed, begun, both, mapped, on_cores, prepared
+from aerosid.compiled.cores import YIELDS, NumberSeenByCopies, allowed, begun, both, mapped, on_cores, prepared
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux alone")
 
@@ -183,6 +183,16 @@ def test_what_a_killed_copy_had_is_done_again() -> None:
 
     with on_cores(3):
         assert mapped(dies_elsewhere, range(20)) == [item * item for item in range(20)]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux")
+def test_a_task_that_yields_leaves_the_cores_to_others() -> None:
+    here = os.nice(0)
+    with on_cores(2):
+        usual, yields = begun(lambda: os.nice(0)), begun(lambda: os.nice(0), yielding=True)
+        assert usual() == here
+        assert here < yields() <= here + YIELDS
+    assert begun(lambda: os.nice(0), yielding=True)() == here == os.nice(0)
 
 
 def test_a_task_begun_beside_others_gives_its_result_and_is_done_here_where_its_copy_dies() -> None:
