@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.threads import mapped_in_threads
 from aerosid.effects import ActiveEffect
 from aerosid.effects.control import control_delay
 from aerosid.errors import EstimationError
@@ -108,7 +109,8 @@ def with_likelier_interpolation(
     controls = [stepped_controls(each) for each in manoeuvres]
     movements = _by_recorder(manoeuvres, controls)
 
-    def likelier(manoeuvre: Manoeuvre, stepped: tuple[str, ...]) -> Manoeuvre:
+    def likelier(pair: tuple[Manoeuvre, tuple[str, ...]]) -> Manoeuvre:
+        manoeuvre, stepped = pair
         if not stepped:
             return manoeuvre
         movement = movements.get(_recorder(manoeuvre))
@@ -121,7 +123,7 @@ def with_likelier_interpolation(
         except EstimationError:
             return manoeuvre
 
-    return tuple(map(likelier, manoeuvres, controls))
+    return tuple(mapped_in_threads(likelier, list(zip(manoeuvres, controls, strict=True))))
 
 
 def _by_recorder(manoeuvres: Sequence[Manoeuvre], controls: Sequence[tuple[str, ...]]) -> dict[int, Movement]:

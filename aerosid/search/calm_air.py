@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from aerosid.compiled.cores import begun
-from aerosid.effects import KINDS, ActiveEffect, OutputEffect, frozen
+from aerosid.effects import KINDS, ActiveEffect, OutputEffect, PositionEffect, frozen
+from aerosid.effects.kinds import axes_of
 from aerosid.effects.record_constant import record_constant
+from aerosid.effects.sensor_position import sensor_place, sensor_position
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.estimation.deviations import Deviations, deviations
@@ -70,7 +72,11 @@ def output_error_in_calm_air(
         parts = search.parts(completed, uncertainty)
         weak = [part for part in parts if wald_ratio(part) < search.settings.final_deviations]
         if not weak:
-            break
+            fewer = along_fewer_axes(effects, completed.effects, parts, search.settings.final_deviations)
+            if fewer is None:
+                break
+            effects, start = fewer, completed
+            continue
         eliminated = min(weak, key=wald_ratio)
         zero = by_name.get(eliminated.label[:2])
         if zero is not None and zero not in measured:
@@ -94,6 +100,28 @@ def output_error_in_calm_air(
         re_estimator=partial(_re_estimated, measured=measured, manoeuvres=search.manoeuvres),
         deviations_of=partial(_deviations, measured=measured, manoeuvres=search.manoeuvres, regression=regression),
     )
+
+
+def along_fewer_axes(
+    effects: Sequence[ActiveEffect], estimated: Sequence[ActiveEffect], parts: Sequence[Part], least: float
+) -> tuple[ActiveEffect, ...] | None:
+    """The effects with a sensor's position along the axes alone that are shown.
+
+    A position is significant where one of its axes is; another, within `least` standard errors, is none to be named.
+    `estimated`: as of `without_eliminated`. None where every axis is shown.
+    """
+    for part in parts:
+        if part.active is None or not isinstance(part.active.effect, PositionEffect) or len(part.active.values) < 2:
+            continue
+        ratios = [abs(value) / error if error > 0.0 else np.inf for _, value, error, _ in part.parameters]
+        shown = [n for n, ratio in enumerate(ratios) if ratio >= least]
+        if len(shown) < len(ratios):
+            where, axes = part.active.effect.where, "".join(part.active.effect.axes[n] for n in shown)
+            effect = sensor_position(where, axes) if len(shown) == 1 else sensor_place(where, axes)
+            fewer = replace(part.active, effect=effect, values=tuple(part.active.values[n] for n in shown))
+            pairs = zip(effects, estimated, strict=False)
+            return tuple(fewer if moved == part.active else active for active, moved in pairs)
+    return None
 
 
 def differ(one: Attribution, other: Attribution, deviations: float) -> bool:
@@ -133,8 +161,10 @@ def _with_model_error(uncertainty: Deviations, estimated: Refinement, found: Att
         row = rows.get((*active.name, active.log, active.ordinal))
         own = effects[place : place + active.slopes]
         if row is not None and own.size:
-            own[0] = np.fmax(own[0], row.std_error)
-            errors = [error for _, _, error, _ in row.parameters]
+            errors = [error for _, _, error, _ in row.parameters] or [row.std_error]
+            if isinstance(active.effect, PositionEffect):  # it may have fewer axes than in the regression
+                errors = [errors[row.along.index(axis)] for axis in active.effect.axes]
+            own[0] = np.fmax(own[0], errors[0])
             if len(errors) == own.size:  # not of a step, whose instant the regression takes as given
                 own[:] = np.fmax(own, errors)
         place += active.slopes
@@ -246,4 +276,5 @@ def _with_numbers(row: Finding, part: Part, decision: EquationErrorDecision) -> 
         time=part.time,
         parameters=part.parameters if row.time is None else row.parameters,
         p_value=float(min(1.0, 2.0 * ndtr(-part.ratio) * decision.hypothesis_count)),
+        along=axes_of(part.active),
     )

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from aerosid.effects import ActiveEffect
+from aerosid.effects.control import control_delay
+from aerosid.effects.sensor_position import sensor_place, sensor_position
 from aerosid.effects.step_change import step_change
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.identification import identify
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
-from aerosid.search.calm_air import output_error_in_calm_air, without_eliminated
+from aerosid.search.calm_air import along_fewer_axes, output_error_in_calm_air, without_eliminated
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.findings import Part
 
@@ -72,6 +74,22 @@ def test_an_eliminated_part_is_removed_from_the_start_though_its_values_have_cha
     gone = Part(None, moved[0], 1e-5, 0.0, 6e-5)
     assert without_eliminated(begun, (*moved, moved[1]), gone) == begun[1:]
     assert without_eliminated(begun, moved, Part(None, None, 0.0, 0.0, 1.0)) == begun
+
+
+def test_an_axis_of_a_position_that_is_not_shown_is_given_up() -> None:
+    begun = (
+        ActiveEffect(sensor_place("a_y", "xz"), (-1.1, 0.6)),
+        ActiveEffect(control_delay("delta_a", 0.02), (0.02,)),
+    )
+    moved = (replace(begun[0], values=(-0.41, 0.58)), begun[1])
+
+    def parts(errors: tuple[float, float]) -> list[Part]:
+        return [Part(None, moved[0], -0.41, 0.0, errors[0], errors), Part(None, moved[1], 0.02, 0.0, 1e-3)]
+
+    assert along_fewer_axes(begun, moved, parts((0.1, 0.01)), 3.0) is None
+    for errors, axis, value in (((0.16, 0.01), "z", 0.58), ((0.1, 0.2), "x", -0.41)):
+        fewer = along_fewer_axes(begun, moved, parts(errors), 3.0)
+        assert fewer == (ActiveEffect(sensor_position("a_y", axis), (value,)), begun[1])
 
 
 def test_two_step_changes_of_one_coefficient_keep_their_own_values_and_instants() -> None:
