@@ -27,6 +27,10 @@ class JudgementSettings:
         not shown: a variance ten times as large as alone.
     unchanged : float
         Distance of a ratio of errors from 1, 1, below which two digits after the point show none.
+    unnamed : float
+        Multiple of its penalty, 1, by which an effect that was eliminated gains where something is missing all the
+        same. Chosen, of benchmarks/wide_detection.py, `two`: 9 where a delay and a dead band were refuted (seed 911,
+        flight 0), 4 where noise of the control looked like a dead band (seed 901, flight 9).
     """
 
     shown: float = 1.0 / AttributionSettings().final_deviations
@@ -34,6 +38,7 @@ class JudgementSettings:
     moves: float = 2.0
     correlated: float = 0.95
     unchanged: float = 0.005
+    unnamed: float = 6.0
 
     def least_known(self, *, constant: bool) -> float:
         """Share of its size by which a derivative, or a constant, may be uncertain and be shown."""

@@ -76,6 +76,7 @@ def judge(found: Attribution, manoeuvres: Sequence[Manoeuvre], validation: Seque
         )
     else:
         leaves = _leaves_residual(found, manoeuvres, validation, RESIDUAL_TESTS.recorder_memory)
+    leaves = leaves or _shows_what_is_not_named(found)
     if not found.findings:
         return Judgement(Verdict.UNEXPLAINED if leaves else Verdict.NOTHING_MISSING, leaves)
     partly = leaves or bool(found.other_derivatives) or any(row.significant for row in found.lowered)
@@ -95,13 +96,25 @@ def _leaves_residual(
     )
 
 
+def _shows_what_is_not_named(found: Attribution) -> bool:
+    """Whether an effect that was eliminated, as one that unseen flights refute, gains far more than its penalty.
+
+    Something of its kind is missing then, in this place or another.
+    """
+    if found.predictions is None:
+        return False
+    near = found.predictions.decision.near_significant
+    return any(row.gain > JUDGEMENT.unnamed * row.penalty and not row.is_retained for row in near)
+
+
 MOTION = ("alpha", "beta", "p", "q", "r")
 
 
 def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
     """Whether the flights are excited and a derivative by a control is significant; without any, another one.
 
-    By the standard error as published, no smaller than the Cramer-Rao bound. An estimate from noise alone may be far
+    By the standard error as published, no smaller than the Cramer-Rao bound; of a regression by that of its structure
+    alone, since what might stand beside it widens the error and not the motion. An estimate from noise alone may be far
     from zero in its own standard errors, since the estimator is not linear: so the motion is tested as well. A flight
     that does not show what its controls do, such as the third of a second after a step, shows nothing that is missing.
     """
@@ -113,7 +126,10 @@ def is_excited(found: Attribution, manoeuvres: Sequence[Manoeuvre]) -> bool:
     controlled = [n for n in moving if any(is_surface(name) for name in completed.free[n][1].variables)]
     moving = controlled or moving
     values = np.array([abs(completed.model.value(completed.free[n])) for n in moving])
-    known = np.any(np.maximum(uncertainty.published, uncertainty.white)[moving] < JUDGEMENT.shown * values)
+    errors = np.maximum(uncertainty.published, uncertainty.white)[moving]
+    if uncertainty.beside_effects is not None:
+        errors = np.fmin(errors, np.sqrt(np.diag(uncertainty.beside_effects))[moving])
+    known = np.any(errors < JUDGEMENT.shown * values)
     return bool(known) and any(_moves(manoeuvre) for manoeuvre in manoeuvres)
 
 

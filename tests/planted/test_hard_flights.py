@@ -113,6 +113,12 @@ def test_a_gust_does_not_explain_what_else_is_missing(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_two_errors_of_the_elevator_that_neither_flight_shows_alone_are_no_lack_of_excitation(tmp_path: Path) -> None:
+    """Delay and dead band are refuted; the dead band gains nine times its penalty, and C_m alpha is known to 2.5 %."""
+    assert loop(911, 0, tmp_path, "two").verdict is Verdict.UNEXPLAINED
+
+
+@pytest.mark.slow
 def test_a_gust_and_a_stall_are_found_together(tmp_path: Path) -> None:
     assert set(names(loop(901, 5, tmp_path, "two"))) == {("gust", ""), ("flow_separation", "C_Z")}
 
