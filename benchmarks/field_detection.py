@@ -18,7 +18,7 @@ import math
 import tempfile
 import time as clock
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from scipy.signal import butter, lfilter, sosfilt, sosfiltfilt
 from aerosid.errors import AerosidError
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.result import ClosedLoop
+from benchmarks.planted_aircraft import Body
 from benchmarks.planted_flights import (
     UNITS,
     Circumstances,
@@ -152,8 +153,10 @@ def main() -> None:
     )
 
 
-def written(folder: Path, seed: Sequence[int], n: int) -> tuple[Circumstances, list[Plant], str]:
-    """A case folder of a pair of flights, what was planted, and how it was flown."""
+def written(
+    folder: Path, seed: Sequence[int], n: int, more: Callable[[Body], Sequence[Plant]] = lambda _body: ()
+) -> tuple[Circumstances, list[Plant], str]:
+    """A case folder of a pair of flights, what was planted, and how it was flown; `more` is planted besides."""
     generator = np.random.default_rng(list(seed))
     recorder = RECORDERS[int(generator.integers(len(RECORDERS)))]
     at = dataclasses.replace(
@@ -169,6 +172,7 @@ def written(folder: Path, seed: Sequence[int], n: int) -> tuple[Circumstances, l
     plants = [in_catalogue(int(k), scale, generator) for k in kinds]
     if sum(p.stall is not None or p.shift is not None or p.ground is not None for p in plants) > 1:
         plants = plants[:1]
+    plants.extend(more(at.body))
     folder.mkdir(parents=True, exist_ok=True)
     logged = any(name == "thrust" for p in plants for name, _ in p.logged)
     for k, role in enumerate(("identification", "validation")):

@@ -177,6 +177,8 @@ def simulated(
     stall = next((plant.stall for plant in plants if plant.stall is not None), None)
     ground = next((plant.ground for plant in plants if plant.ground is not None), None)
     shift = next((plant.shift for plant in plants if plant.shift is not None), None)
+    places = {"a_x": (0.0, 0.0), "a_z": (0.0, 0.0)} | {c: at for plant in plants for c, at in plant.places.items()}
+    (ahead_x, below_x), (ahead_z, below_z) = places["a_x"], places["a_z"]
     remembered = [(plant.memory, n) for n, plant in enumerate(plants) if plant.memory is not None]
     span = body.wing_area / body.mean_chord
     area, chord, mass, inertia = body.wing_area, body.mean_chord, body.mass, body.I_yy
@@ -244,7 +246,9 @@ def simulated(
         u_dot, w_dot = a_x - q * w - G * math.sin(theta), a_z + q * u + G * math.cos(theta)
         climb = u * math.sin(theta) - w * math.cos(theta)
         # accelerometers stay where the declared centre of gravity was
-        seen = (speed, angle, q, theta, a_x + q * q * arm, a_z + q_dot * arm, height, deflection)
+        along = a_x + below_x * q_dot - (ahead_x - arm) * q * q
+        across = a_z - (ahead_z - arm) * q_dot - below_z * q * q
+        seen = (speed, angle, q, theta, along, across, height, deflection)
         return [u_dot, w_dot, q_dot, q, climb, separation_rate, memory_rate], seen
 
     start = 1.0 if stall is None else 0.5 * (1.0 - math.tanh(stall["sharpness"] * (alpha - stall["alpha_star"])))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,8 @@ class Plant:
     the catalogue does. `terms` flown and not declared. `control` from the recorded to the acting elevator. `driven`
     adds to a coefficient. `inputs` deflect surfaces. `push` changes thrust. `gust` (sigma m/s, length m). `stall`,
     `ground` (gain), `shift` (m, s). `memory` (coefficient, number, source, time constant s): a coefficient knows a
-    variable's past. `sensors` change the true channel given all outputs, `recorders` what is recorded, `logged` adds
-    channels.
+    variable's past. `places` (x, z in m) of accelerometers that are declared at the centre of gravity. `sensors` change
+    the true channel given all outputs, `recorders` what is recorded, `logged` adds channels.
     """
 
     label: str
@@ -39,6 +39,7 @@ class Plant:
     ground: float | None = None
     shift: tuple[float, float] | None = None
     memory: tuple[str, float, str, float] | None = None
+    places: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     sensors: tuple[tuple[str, Callable[[Array, Array, Mapping[str, Array]], Array]], ...] = ()
     recorders: tuple[tuple[str, Callable[[Array, Array, np.random.Generator], Array]], ...] = ()
     logged: tuple[tuple[str, History], ...] = ()

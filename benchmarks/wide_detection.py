@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time as clock
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,7 @@ from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
+from benchmarks.planted_aircraft import Body
 from benchmarks.planted_flights import (
     NOISE,
     VARIABLES,
@@ -86,8 +87,14 @@ def main() -> None:
     sys.stdout.flush()
 
 
-def written(folder: Path, plant: str, seed: Sequence[int], n: int) -> tuple[Circumstances, list[Plant]]:
-    """A case folder: aircraft.toml, identification.csv, validation.csv, and what was planted."""
+def written(
+    folder: Path,
+    plant: str,
+    seed: Sequence[int],
+    n: int,
+    more: Callable[[Body], Sequence[Plant]] = lambda _body: (),
+) -> tuple[Circumstances, list[Plant]]:
+    """A case folder: aircraft.toml, identification.csv, validation.csv, and what was planted, `more` besides."""
     generator = np.random.default_rng(list(seed))
     at = drawn(generator)
     time = at.interval * np.arange(int(at.duration / at.interval) + 1)
@@ -102,6 +109,7 @@ def written(folder: Path, plant: str, seed: Sequence[int], n: int) -> tuple[Circ
         plants = [in_catalogue(int(first), scale, generator), in_catalogue(int(second), scale, generator)]
     elif plant == "outside":
         plants = [outside(n, scale, generator)]
+    plants.extend(more(at.body))
     folder.mkdir(parents=True, exist_ok=True)
     logged = any(name == "thrust" for p in plants for name, _ in p.logged)
     for k, role in enumerate(("identification", "validation")):

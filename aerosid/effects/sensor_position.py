@@ -7,6 +7,7 @@ V + q z, an accelerometer the acceleration at its own position. Klein & Morelli,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
@@ -24,10 +25,16 @@ SHOWN_BY_ROLLING = (("alpha", ("y", "x")), ("a_z", ("y", "x", "xy")), ("a_x", ("
 """The same of the sensors of pitching motion, where all motion is integrated: a wing's vane reads alpha + p y/V."""
 
 
+AHEAD = "x"
+"""Body axis along which pitching shows the position of a vane, and of the accelerometers in one unit."""
+
 OF_UNIT = ("xz", "z", "y")
-"""Body axes of the position of all accelerometers in one unit, where all motion is integrated. Pitching alone does not
-tell the unit from a late vane beside a pitot tube: of the Twin Otter it was named in place of both, and C_X of the
-flight that was not fitted had R^2 .90 in place of .94."""
+"""Body axes of the position of all accelerometers in one unit, where all motion is integrated. Pitching alone
+does not tell the unit from a late vane beside a pitot tube: of the Twin Otter it was named in place of both, and C_X of
+the flight that was not fitted had R^2 .90 in place of .94. There it is only compared with a position that was found."""
+
+SAME_PLACE = 1e-6
+"""Numerical: m, by which two declared positions may differ and still be one."""
 
 
 def farthest_place(channel: str, mean_chord: float, length: float | None = None) -> float:
@@ -92,6 +99,17 @@ def _offered(
     if turns and any(sum(channel in flight.measured for channel in ACCELEROMETERS) > 1 for flight in flights):
         for axes in OF_UNIT:
             yield Offer("sensor_position", UNIT, (at_null(sensor_place(UNIT, axes)),))
+
+
+def are_beside_each_other(ahead: Mapping[str, float]) -> bool:
+    """Whether the accelerometers that pitching shows are both measured, and declared at one distance ahead.
+
+    Parameters
+    ----------
+    ahead : mapping of str to float
+        Position along x of the sensor of each measured channel, m.
+    """
+    return {"a_x", "a_z"} <= ahead.keys() and math.isclose(ahead["a_x"], ahead["a_z"], abs_tol=SAME_PLACE)
 
 
 FAMILY = Family(

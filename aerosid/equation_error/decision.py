@@ -172,7 +172,7 @@ def decide(
     settings = errors.selected.estimate.problem.settings
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
     joint = selected_jointly(errors, errors.selected, tuple(coefficients), values)
-    identified, of_both, search, outcome, vane = joint
+    identified, of_both, search, outcome, vane, compared = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     accepted, refuted = _accepted_structure(identified, search, outcome)
     structure, on_fitted, regressed, completed, covariance, biased = accepted
@@ -187,7 +187,7 @@ def decide(
     findings = effect_estimates(completed, covariance, chosen, gains, improves_prediction(structure, on_fitted))
     of_both = tuple(replace(row, gain=gains[row.replaces.label] - row.deficit) for row in of_both)
     # Effects that were selected, by either or both kinds of equations, or refuted by a validation record are none.
-    excluded = {*refuted, *gains, *(row.hypothesis.label for row in of_both)}
+    excluded = {*refuted, *gains, *(row.hypothesis.label for row in of_both), *compared}
     alternatives = (*of_both, *(row for row in of_errors if row.hypothesis.label not in excluded), *of_structure)
     before = _declared_alike(start, fitted_estimate, biased)
     level_shifts = _level_shifts(structure, fitted_estimate, search, further)

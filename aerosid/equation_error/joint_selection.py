@@ -14,6 +14,13 @@ from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.linear_or_smooth_inputs import likelier_input_interpolation
 from aerosid.equation_error.regression.related_problems import coefficients_of_all, compared_with
 from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
+from aerosid.equation_error.selection.accelerometer_unit import (
+    ALONE,
+    in_one_unit,
+    single_as_alternative,
+    units_of,
+    with_unit_favoured,
+)
 from aerosid.equation_error.selection.alternatives import Alternative
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
@@ -55,7 +62,7 @@ class JointSelection(NamedTuple):
     """Instrument errors, their alternatives by both kinds of equations, the coefficient search and the structure.
 
     `vane`: the position of a vane that both kinds of equations show together. It is among the outcome's errors, and
-    held among those of kinematics.
+    held among those of kinematics. `compared`: labels of errors told from those identified by both kinds of equations.
     """
 
     identified: SelectedStructure
@@ -63,6 +70,7 @@ class JointSelection(NamedTuple):
     search: CoefficientSearch
     outcome: ErrorsAndStructure
     vane: IdentifiedVane | None = None
+    compared: tuple[Label, ...] = ()
 
     @property
     def log_likelihood(self) -> float:
@@ -83,6 +91,27 @@ class JointSelection(NamedTuple):
 
 
 def selected_jointly(
+    errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], values: DeclaredValues
+) -> JointSelection:
+    """The structure selected by both kinds of equations, accelerometers in one unit where they do not contradict that.
+
+    Terms of the axial force may stand for what else the unit does, or undo it: with the unit the search is continued.
+    """
+    apart = _selected_with_rotary_gusts(errors, identified, coefficients, values)
+    unit = None if apart.vane is not None else in_one_unit(apart.identified, errors.hypotheses)
+    if unit is None:
+        return apart
+    near = apart.outcome.structure
+    together = _selected(errors, unit.identified, coefficients, values, apart.rotary_gusts, near)
+    gain = _penalised(together, errors.criterion) - _penalised(apart, errors.criterion)
+    if gain < unit.least_gain:
+        return apart
+    single = single_as_alternative(together.identified, apart.identified, unit.label, apart.outcome.errors, gain)
+    alternatives = together.alternatives if single is None else (*together.alternatives, single)
+    return together._replace(alternatives=alternatives, compared=(ALONE, unit.label))
+
+
+def _selected_with_rotary_gusts(
     errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], values: DeclaredValues
 ) -> JointSelection:
     """The structure selected by both kinds of equations, with a vane beside its time delay where they show that.
@@ -161,7 +190,7 @@ def _selected_with(
 
 
 def _penalised(found: JointSelection, of_kinematics: SelectionCriterion) -> float:
-    """Ln L of both kinds of equations less the penalties of all effects but a position held."""
+    """Ln L of both kinds of equations less the penalties of all effects but the position of a vane."""
     outcome = found.outcome
     kinematic = penalised_likelihood(found.identified, of_kinematics)
     return kinematic + found.search.penalised_likelihood(outcome.structure) - outcome.errors.penalty
@@ -177,8 +206,8 @@ def _selected(
 ) -> JointSelection:
     """The structure selected by both kinds of equations.
 
-    No time delay is retained whose joint gain is below its penalty or that the coefficients refute. `near`: the
-    structure selected with such a delay, from which the search is continued without it.
+    No time delay is retained whose joint gain is below its penalty or that the coefficients refute. `near`: a
+    structure selected with other errors, such a delay among them, from which the search is continued.
     """
     start, settings = errors.start, identified.estimate.problem.settings
     sensors = [h for h in errors.hypotheses if is_instrument_error(h)]
@@ -186,6 +215,8 @@ def _selected(
     declared = estimate(whole, with_errors_held(start, identified.estimate.point.effects))
     likelier, other_kinds = likeliest_delay_kinds(identified, declared, sensors)
     if likelier is not identified:
+        if len(likelier.chosen) != len(identified.chosen):
+            near = None  # its first effects are no longer these errors
         identified, declared = likelier, estimate(whole, with_errors_held(start, likelier.estimate.point.effects))
     declared = likelier_vane_smoothing(likelier_input_interpolation(declared))
     declared = compared_with(values, with_rotary_gusts(declared, rotary_gusts))
@@ -215,12 +246,14 @@ def _coefficient_search(
     coefficients: tuple[str, ...],
 ) -> CoefficientSearch:
     """Search among the hypotheses that are no instrument errors and the instrument errors with kinematic evidence."""
-    hypotheses, settings = errors.hypotheses, declared.problem.settings
+    units = units_of(errors.hypotheses, identified.estimate.point, identified.estimate.problem.recordings)
+    hypotheses, settings = (*errors.hypotheses, *units), declared.problem.settings
     evidence = kinematic_evidence(identified, [h for h in hypotheses if is_instrument_error(h)])
     candidates = tuple(h for h in hypotheses if not is_instrument_error(h) or distinct_name(h) in evidence)
     alarm = settings.alarm(declared.point.model.axes)
     criterion = criterion_for(hypotheses, declared.design.target.size, alarm, settings.factor_odds)
     criterion = replace(criterion, evidence=evidence, prior_sizes=downwash_prior(errors.start.model))
+    criterion = with_unit_favoured(criterion, settings.factor_odds) if units else criterion
 
     def admitted(found: Estimate, hypothesis: Hypothesis) -> bool:
         known = evidence.get(distinct_name(hypothesis))

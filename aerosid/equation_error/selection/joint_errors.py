@@ -23,8 +23,12 @@ from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.parameter_limits import free_parameters
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.coefficient_information import information_on_effects
+from aerosid.flight_model.axes import Axes
 
 Array = NDArray[np.float64]
+
+SIDE_FORCE = "C_Y"
+"""The coefficient that the lateral accelerometer shows."""
 
 DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
 """Kinds whose parameter is the time by which a channel is late."""
@@ -91,7 +95,7 @@ def joint_errors(identified: Estimate, initial: JointErrors, found: Estimate) ->
         Of the coefficient equations, its first effects the identified errors, fixed at `initial`.
     """
     parameters = free_parameters(identified.point.effects)
-    jointly = jointly_estimated(identified.point.effects)
+    jointly = jointly_estimated(identified.point)
     if not jointly:
         return initial
     kinematic = kinematic_errors(identified).covariance
@@ -130,12 +134,13 @@ def joint_errors(identified: Estimate, initial: JointErrors, found: Estimate) ->
     return JointErrors(effects, joint, 0.5 * float(deviation @ prior @ deviation))
 
 
-def jointly_estimated(errors: Sequence[ActiveEffect]) -> list[int]:
-    """Which free parameters of some instrument errors are estimated from both kinds of equations."""
-    return [n for n, (i, _) in enumerate(free_parameters(errors)) if _is_estimated_jointly(errors[i])]
+def jointly_estimated(point: Point) -> list[int]:
+    """Which free parameters of a point's instrument errors are estimated from both kinds of equations."""
+    errors, axes = point.effects, point.model.axes
+    return [n for n, (i, _) in enumerate(free_parameters(errors)) if _is_estimated_jointly(errors[i], axes)]
 
 
-def _is_estimated_jointly(active: ActiveEffect) -> bool:
+def _is_estimated_jointly(active: ActiveEffect, axes: Axes) -> bool:
     """Whether an instrument error is estimated from both kinds of equations: a time delay, or a place that a_y shows.
 
     Kinematics show the distance of an accelerometer from a vane in the integral of what it reads, and forces in that
@@ -143,7 +148,9 @@ def _is_estimated_jointly(active: ActiveEffect) -> bool:
     not heard: a_z reads the pitching acceleration, which C_m makes of the variables that C_Z is made of.
     """
     effect = active.effect
-    return effect.kind in DELAY_KINDS or (isinstance(effect, PositionEffect) and effect.moves(MEASURED_BY["C_Y"]))
+    has_side_force = SIDE_FORCE in axes.coefficients
+    is_place = isinstance(effect, PositionEffect) and effect.moves(MEASURED_BY[SIDE_FORCE])
+    return effect.kind in DELAY_KINDS or (has_side_force and is_place)
 
 
 def is_within(kinematic: JointErrors, other: JointErrors, deviations: float) -> bool:

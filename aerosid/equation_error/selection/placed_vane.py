@@ -193,7 +193,7 @@ def _line_through(at: PlacedVane) -> _Line:
     """The joint likelihood to second order: kinematics by one column, the coefficients by their information."""
     kinematic, hypothesis = at.identified.estimate, at.hypothesis
     parameters = free_parameters(kinematic.point.effects)
-    jointly = jointly_estimated(kinematic.point.effects)
+    jointly = jointly_estimated(kinematic.point)
     own = kinematic_errors(kinematic)
     known = own.covariance[np.ix_(jointly, jointly)]
     prior = np.linalg.pinv(known, hermitian=True)

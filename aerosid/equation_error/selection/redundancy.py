@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.effects.kinds import UNIT
+from aerosid.effects.kinds import UNIT, axes_of
+from aerosid.effects.sensor_position import AHEAD
 from aerosid.equation_error.selection.penalties import Label
 from aerosid.equation_error.selection.structure import SelectedEffect
 from aerosid.flight_model.axes import ACCELEROMETERS
 
+PLACE = "sensor_position"
+"""The kind of a sensor that is not where it is declared."""
+
 CONTROL_DELAY_KINDS = frozenset({"control_delay", "control_lag"})
 """Kinds of time delay of a control."""
 
-SENSOR_DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag", "sensor_position"})
+SENSOR_DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag", PLACE})
 """Kinds that model the time delay of an instrument: two of them on one channel are not identifiable together."""
 
 EQUIVALENT_DELAYS = (SENSOR_DELAY_KINDS, CONTROL_DELAY_KINDS)
@@ -22,13 +26,10 @@ angular acceleration, the dead time is distinct from the exponential approach, a
 where a single one suffices."""
 
 COLLINEAR_POSITIONS = (
-    frozenset({("sensor_position", "alpha"), ("sensor_position", "a_z")}),
-    frozenset({("sensor_position", "V"), ("sensor_position", "a_x")}),
-    frozenset({("sensor_position", "beta"), ("sensor_position", "a_y")}),
-    *(
-        frozenset({("sensor_position", channel), ("sensor_position", UNIT)})
-        for channel in ("alpha", "beta", "V", *ACCELEROMETERS)
-    ),
+    frozenset({(PLACE, "alpha"), (PLACE, "a_z")}),
+    frozenset({(PLACE, "V"), (PLACE, "a_x")}),
+    frozenset({(PLACE, "beta"), (PLACE, "a_y")}),
+    *(frozenset({(PLACE, channel), (PLACE, UNIT)}) for channel in ("alpha", "beta", "V", *ACCELEROMETERS)),
 )
 """Kinematics determine the distance of each vane, and the pitot tube, from its accelerometer, and not the position of
 either; a unit of accelerometers has the position of each of them."""
@@ -36,7 +37,19 @@ either; a unit of accelerometers has the position of each of them."""
 
 def share_a_distance(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether kinematics determine only the distance between the positions of two sensors."""
-    return any({(one.kind, one.where), (other.kind, other.where)} <= distance for distance in COLLINEAR_POSITIONS)
+    pair = {(one.kind, one.where), (other.kind, other.where)}
+    return any(pair <= distance for distance in COLLINEAR_POSITIONS) and not _lie_across(one, other)
+
+
+def is_unit_ahead(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis is the position of the accelerometers' unit that pitching shows, along x alone."""
+    return (hypothesis.kind, hypothesis.where) == (PLACE, UNIT) and axes_of(hypothesis.effects[0]) == AHEAD
+
+
+def _lie_across(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether one is the unit ahead of its place, as pitching shows it, and the other a height."""
+    heights = [each for each in (one, other) if AHEAD not in axes_of(each.effects[0])]
+    return any(map(is_unit_ahead, (one, other))) and bool(heights)
 
 
 def are_redundant(one: Hypothesis, other: Hypothesis) -> bool:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import axes_of
+from aerosid.effects.sensor_position import AHEAD
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import (
     Alternative,
@@ -36,9 +37,6 @@ from aerosid.equation_error.selection.structure import (
 )
 from aerosid.equation_error.selection.time_delays import joint_gain
 from aerosid.equation_error.settings import TRIALS
-
-AHEAD = "x"
-"""Standard: the body axis along which a boom carries its vane."""
 
 MOVED_BY = {"alpha": "q_hat", "beta": "r_hat"}
 """Standard: the variable of the rate that moves each vane sideways to the flow."""
