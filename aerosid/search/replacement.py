@@ -13,6 +13,7 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.step_input import is_step_change
 from aerosid.estimation.maximum_likelihood import Refinement
 from aerosid.estimation.score_test import Score
+from aerosid.search.accelerometer_unit import with_unit_if_likelier
 from aerosid.search.backward_elimination import eliminate_insignificant
 from aerosid.search.finding_evidence import finding_from_part
 from aerosid.search.findings import Finding, Part, named
@@ -33,6 +34,7 @@ def replace_parts(
     `exclusive`: without hypotheses that gain about as much in addition to the part, and without further step changes,
     which follow any remaining residual.
     """
+    current = with_unit_if_likelier(search, current)
     listed: list[Finding] = []
     replaced: set[tuple[str, str, str]] = set()
     for _ in range(2 * search.settings.rounds):
