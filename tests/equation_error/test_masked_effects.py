@@ -9,6 +9,7 @@ from equations_decided import decided
 
 from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.regression.estimate import estimate
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
@@ -48,8 +49,10 @@ def values_of(found: EquationErrorDecision) -> dict[tuple[str, str], tuple[float
 
 
 def test_a_late_elevator_is_found_although_its_moment_has_the_wrong_sign_without_the_delay(tmp_path: Path) -> None:
-    found = flight(tmp_path, "a rate limit and a delay that reverse C_m delta_e")
-    assert found.before.point.model.value(elevator_moment(found)) > 0.0  # -1.23 declared
+    aircraft, logs = files(tmp_path, "a rate limit and a delay that reverse C_m delta_e")
+    found = decided(aircraft, logs[:1], logs[1:])
+    begun = estimate(found.before.problem, found.before.point)  # as the search begins
+    assert begun.point.model.value(elevator_moment(found)) > 0.0  # -1.23 declared
     values = values_of(found)
     assert set(values) == {("control_rate_limit", "delta_e"), ("control_delay", "delta_e")}
     delay, error = values["control_delay", "delta_e"]
