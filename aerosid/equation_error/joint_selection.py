@@ -16,6 +16,7 @@ from aerosid.equation_error.regression.related_problems import coefficients_of_a
 from aerosid.equation_error.regression.vane_smoothing import likelier_vane_smoothing
 from aerosid.equation_error.selection.accelerometer_unit import (
     ALONE,
+    DisplacedUnit,
     in_one_unit,
     single_as_alternative,
     units_of,
@@ -102,6 +103,8 @@ def selected_jointly(
     if unit is None:
         return apart
     near = apart.outcome.structure
+    if _most_gain_in_unit(unit, apart) < unit.least_gain:
+        return apart
     together = _selected(errors, unit.identified, coefficients, values, apart.rotary_gusts, near)
     gain = _penalised(together, errors.criterion) - _penalised(apart, errors.criterion)
     if gain < unit.least_gain:
@@ -109,6 +112,21 @@ def selected_jointly(
     single = single_as_alternative(together.identified, apart.identified, unit.label, apart.outcome.errors, gain)
     alternatives = together.alternatives if single is None else (*together.alternatives, single)
     return together._replace(alternatives=alternatives, compared=(ALONE, unit.label))
+
+
+def _most_gain_in_unit(unit: DisplacedUnit, apart: JointSelection) -> float:
+    """What a search continued with the unit may gain in penalised ln L: the terms selected beside it may all leave.
+
+    The selected structure with the unit is as much likelier or less likely in both kinds of equations; what differs by
+    less than the margin of alternatives, a search may still find.
+    """
+    found, errors = apart.outcome.structure.estimate, apart.outcome.errors.effects
+    pairs = zip(errors, unit.identified.estimate.point.effects, strict=True)
+    held = tuple(own if own.name == moved.name else moved for own, moved in pairs)
+    tried = estimate(found.problem, with_errors_held(found.point, held), found.solution.weights)
+    kinematic = unit.identified.estimate.gain_over(apart.identified.estimate)
+    may_leave = sum(apart.search.criterion.penalty(each.hypothesis) for each in apart.outcome.structure.chosen)
+    return kinematic + tried.gain_over(found) + may_leave + found.problem.settings.alike_instruments
 
 
 def _selected_with_rotary_gusts(
