@@ -7,6 +7,9 @@ import pytest
 from equations_decided import decided, identified
 
 from aerosid.equation_error.decision import EquationErrorDecision, decide
+from aerosid.equation_error.selection.candidates import is_instrument_error
+from aerosid.equation_error.selection.near_significant import near_significant_effect
+from aerosid.equation_error.selection.stepwise import recordings_agree
 from aerosid.loop.equation_error_notes import note_on_near_significant
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 
@@ -64,13 +67,16 @@ def test_the_penalty_of_an_instrument_error_counts_all_hypotheses() -> None:
 
 
 def test_an_error_that_a_calibrated_instrument_retains_is_not_named() -> None:
-    """A scale factor of .996 in quiet air exceeds the penalty; half a per cent is what a calibration leaves."""
+    """A scale factor of .9965 in quiet air exceeds the penalty; .004 is what a calibration leaves."""
     aircraft = aircraft_of(BODY, 0.08, np.random.default_rng(9301))
-    wrong = Wrong(scale={"theta": 0.996})
-    logs = [flown(name, BODY, 9520 + i, air=0.05, wrong=wrong, seconds=140.0) for i, name in enumerate("ab")]
-    found = decided(aircraft, logs[:1], logs[1:])
-    assert not found.findings
-    (row,) = [row for row in found.near_significant if row.hypothesis.kind == "sensor_scale"]
+    wrong = Wrong(scale={"theta": 0.9965})
+    logs = [flown(name, BODY, 9530 + i, air=0.05, wrong=wrong, seconds=140.0) for i, name in enumerate("ab")]
+    errors = identified(aircraft, logs[:1], logs[1:])
+    assert errors.selected.chosen == ()
+    sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
+    row = near_significant_effect(errors.selected, errors.criterion, sensors, recordings_agree)
+    assert row is not None
+    assert row.hypothesis.label == ("sensor_scale", "theta", "")
     assert row.is_retained
     assert row.gain > row.penalty
     assert "a calibrated instrument retains as much" in note_on_near_significant(row)

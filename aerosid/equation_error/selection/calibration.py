@@ -75,12 +75,12 @@ ATTITUDE, RATE, ACCELERATION = ("phi", "theta", "psi"), ("p", "q", "r"), ("a_x",
 
 @dataclass(frozen=True)
 class RetainedErrors:
-    """Errors that calibrated instruments retain: smaller ones are not named. All chosen, none on data.
+    """Errors that calibrated instruments retain: smaller ones are not named. All chosen.
 
     Attributes
     ----------
     scale : float
-        Of a scale factor, 1: half a per cent, of any instrument.
+        Of a scale factor, 1: four parts in a thousand, of any instrument.
     attitude : float
         Bias of an attitude, rad: a seventeenth of a degree.
     rate : float
@@ -89,7 +89,7 @@ class RetainedErrors:
         Bias of an accelerometer, m/s^2: half a thousandth of the Earth's.
     """
 
-    scale: float = 0.005
+    scale: float = 0.004
     attitude: float = 0.001
     rate: float = 0.0002
     acceleration: float = 0.005
