@@ -13,19 +13,17 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
-import time as clock
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
-from aerosid.errors import AerosidError
-from benchmarks.field_detection import FIRST, derivative_errors, judged, told
+from benchmarks.field_detection import FIRST, scored
 from benchmarks.field_detection import written as written_in_gusts
 from benchmarks.planted_aircraft import Body
 from benchmarks.planted_flights import Circumstances
 from benchmarks.plants import Plant
-from benchmarks.wide_detection import closed, numbers_of, with_flights
+from benchmarks.wide_detection import numbers_of, with_flights
 from benchmarks.wide_detection import written as written_in_calm_air
 
 NEAREST, FURTHEST, HIGHEST = 0.5, 1.5, 0.3
@@ -41,33 +39,14 @@ def main() -> None:
     of_place: Counter[str] = Counter()
     errors: list[float] = []
     with tempfile.TemporaryDirectory() as scratch:
-        for n in numbers_of(arguments):
-            folder = Path(arguments.keep or scratch) / f"unit_{arguments.air}{arguments.seed}_{n:03d}"
-            try:
-                at, plants, about = written(folder, arguments.air, arguments.seed, n)
-            except ArithmeticError:
-                counts["not flown"] += 1
-                continue
-            started = clock.perf_counter()
-            try:
-                result = closed(folder)
-            except AerosidError as error:
-                counts["broke down"] += 1
-                print(f"{n:3d} broke down: {error}")  # noqa: T201
-                continue
-            outcome, each = judged(plants, result)
-            counts.update(outcome)
-            place = plants[-1]
-            of_place[f"{' '.join(place.label.split()[:2])} {each[-1]}"] += 1
-            off = [t for _, t in derivative_errors(at, plants, result)]
-            errors += off
-            far = [f"{t:.1f}" for t in off if abs(t) > 3.0]
-            seconds = clock.perf_counter() - started
-            print(  # noqa: T201
-                f"{n:3d} {' '.join(outcome):14} [{'; '.join(p.label for p in plants)}] {about}: "
-                f"{told(result)}{' deviations ' + ' '.join(far) if far else ''}; {seconds:.1f} s",
-                flush=True,
-            )
+        named = Path(arguments.keep or scratch) / f"unit_{arguments.air}{arguments.seed}"
+
+        def write(folder: Path, n: int) -> tuple[Circumstances, list[Plant], str]:
+            return written(folder, arguments.air, arguments.seed, n)
+
+        for pair in scored(numbers_of(arguments), named, write, counts):
+            of_place[f"{' '.join(pair.plants[-1].label.split()[:2])} {pair.words[-1]}"] += 1
+            errors += [t for _, t in pair.errors]
     print(", ".join(f"{k} {v}" for k, v in counts.most_common()))  # noqa: T201
     print("places: " + ", ".join(f"{k} {v}" for k, v in sorted(of_place.items())))  # noqa: T201
     within = [100.0 * float(np.mean(np.abs(errors) <= most)) for most in (2.0, 3.0)] if errors else [math.nan] * 2

@@ -18,9 +18,10 @@ import math
 import tempfile
 import time as clock
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,33 +117,12 @@ def main() -> None:
     errors: list[tuple[float, float]] = []
     seconds = []
     with tempfile.TemporaryDirectory() as scratch:
-        for n in numbers:
-            folder = Path(arguments.keep or scratch) / f"field{arguments.seed}_{n:03d}"
-            try:
-                at, plants, about = written(folder, [FIRST, arguments.seed, n], n)
-            except ArithmeticError:
-                counts["not flown"] += 1
-                continue
-            started = clock.perf_counter()
-            try:
-                result = closed(folder)
-            except AerosidError as error:
-                counts["broke down"] += 1
-                print(f"{n:3d} broke down: {error}")  # noqa: T201
-                continue
-            seconds.append(clock.perf_counter() - started)
-            outcome, each = judged(plants, result)
-            counts.update(outcome)
-            for plant, word in zip(plants, each, strict=True):
+        named = Path(arguments.keep or scratch) / f"field{arguments.seed}"
+        for pair in scored(numbers, named, lambda folder, n: written(folder, [FIRST, arguments.seed, n], n), counts):
+            for plant, word in zip(pair.plants, pair.words, strict=True):
                 by_kind[" ".join(plant.label.split()[:2])][word] += 1
-            off = derivative_errors(at, plants, result)
-            errors += off
-            far = [f"{t:.1f}" for _, t in off if abs(t) > 3.0]
-            print(  # noqa: T201
-                f"{n:3d} {' '.join(outcome):14} [{'; '.join(p.label for p in plants) or 'nothing'}] {about}: "
-                f"{told(result)}{' deviations ' + ' '.join(far) if far else ''}; {seconds[-1]:.1f} s",
-                flush=True,
-            )
+            errors += pair.errors
+            seconds.append(pair.seconds)
     print(f"{len(numbers)} pairs: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))  # noqa: T201
     print_kinds(by_kind)
     share, t = np.abs(np.array(errors)).T
@@ -151,6 +131,52 @@ def main() -> None:
         f"{100 * np.mean(t <= 3):.0f} % within 3 of their standard errors; median {np.median(seconds):.1f} s, longest "
         f"{max(seconds):.1f} s"
     )
+
+
+class Scored(NamedTuple):
+    """A pair of flights: what was planted, a word on each, errors of the derivatives, seconds of the loop."""
+
+    plants: Sequence[Plant]
+    words: Sequence[str]
+    errors: Sequence[tuple[float, float]]
+    seconds: float
+
+
+def scored(
+    numbers: Sequence[int],
+    named: Path,
+    write: Callable[[Path, int], tuple[Circumstances, list[Plant], str]],
+    counts: Counter[str],
+) -> Iterator[Scored]:
+    """Pairs that were flown and closed, each printed; the outcomes of all are counted.
+
+    `write` makes the case folder of a pair, which is `named` with the pair's number.
+    """
+    for n in numbers:
+        folder = named.with_name(f"{named.name}_{n:03d}")
+        try:
+            at, plants, about = write(folder, n)
+        except ArithmeticError:
+            counts["not flown"] += 1
+            continue
+        started = clock.perf_counter()
+        try:
+            result = closed(folder)
+        except AerosidError as error:
+            counts["broke down"] += 1
+            print(f"{n:3d} broke down: {error}")  # noqa: T201
+            continue
+        seconds = clock.perf_counter() - started
+        outcome, words = judged(plants, result)
+        counts.update(outcome)
+        off = derivative_errors(at, plants, result)
+        far = [f"{t:.1f}" for _, t in off if abs(t) > 3.0]
+        print(  # noqa: T201
+            f"{n:3d} {' '.join(outcome):14} [{'; '.join(p.label for p in plants) or 'nothing'}] {about}: "
+            f"{told(result)}{' deviations ' + ' '.join(far) if far else ''}; {seconds:.1f} s",
+            flush=True,
+        )
+        yield Scored(plants, words, off, seconds)
 
 
 def written(

@@ -28,6 +28,10 @@ SHOWN_BY_ROLLING = (("alpha", ("y", "x")), ("a_z", ("y", "x", "xy")), ("a_x", ("
 AHEAD = "x"
 """Body axis along which pitching shows the position of a vane, and of the accelerometers in one unit."""
 
+READ_AS_UNIT = {"a_z": 1.0, "alpha": -1.0}
+"""Standard: direction of the unit for that in which pitching shows a sensor off its place; a vane behind reads as a
+unit ahead."""
+
 OF_UNIT = ("xz", "z", "y")
 """Body axes of the position of all accelerometers in one unit, where all motion is integrated. Pitching alone
 does not tell the unit from a late vane beside a pitot tube: of the Twin Otter it was named in place of both, and C_X of

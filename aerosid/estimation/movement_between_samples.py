@@ -55,58 +55,56 @@ def movement_between_samples(manoeuvre: Manoeuvre, controls: Sequence[str], leas
     the interval, whose coefficients are of no interest. The ratio of the change's coefficient to the level's is the
     part sought; pairs of rate and control are weighted by the inverse of its variance.
     """
-    pairs = []
-    for rate in RATES:
-        if rate in manoeuvre.outputs:
-            pairs += _parts_in_rate(manoeuvre, rate, controls, least_ratio)
-    if not pairs:
+    time, columns = manoeuvre.flight.time, list(manoeuvre.columns)
+    surfaces = [name for name in manoeuvre.extra_columns if is_surface(name)]
+    levels = manoeuvre.flight.inputs[:, [columns.index(name) for name in surfaces]]
+    speed = manoeuvre.measured("V") if "V" in manoeuvre.outputs else np.full(time.size, manoeuvre.mean_airspeed)
+    moving, rates = (
+        [manoeuvre.measured(name) for name in names if name in manoeuvre.outputs]
+        for names in (("alpha", "beta", *RATES), RATES)
+    )
+    if not rates:
         return None
-    return pooled([Movement(*now.tolist(), *before.tolist()) for now, before in pairs])
+
+    squared = (speed / manoeuvre.mean_airspeed) ** 2
+    scale = 0.5 * np.diff(time) * (squared[1:] + squared[:-1])
+    answers = np.column_stack([np.diff(rate) / scale for rate in rates])
+    regressors = _regressors(moving, levels)
+    there = np.isfinite(regressors).all(axis=1) & np.isfinite(answers).all(axis=1)
+    regressors, answers = regressors[there], answers[there]
+    if len(answers) < 2 * regressors.shape[1]:
+        return None
+
+    inverse = np.linalg.pinv(regressors)
+    found = inverse @ answers
+    deviations = np.std(answers - regressors @ found, axis=0)
+    errors = deviations * np.sqrt(np.sum(inverse**2, axis=1))[:, None]
+    movements, count = [], len(surfaces)
+    for place in (surfaces.index(name) for name in controls):
+        level, now, before = (len(moving) + place + k * count for k in range(3))
+        for moment, error in zip(found.T, errors.T, strict=True):
+            if abs(moment[level]) > least_ratio * error[level]:
+                sizes = error[[now, before]] / abs(moment[level])
+                movements.append(
+                    Movement(moment[now] / moment[level], sizes[0], moment[before] / moment[level], sizes[1])
+                )
+    return pooled(movements) if movements else None
+
+
+def _regressors(moving: Sequence[Array], levels: Array) -> Array:
+    """Columns (N - 1, P): the motion, the control levels (N, E), their steps now and before, and the polynomial."""
+    linear = [*(0.5 * (values[1:] + values[:-1]) for values in moving), *levels[:-1].T]
+    steps = np.diff(levels, axis=0)
+    earlier = np.vstack([np.zeros_like(steps[:1]), steps[:-1]])
+    scaled = [values / (np.nanmax(np.abs(values)) or 1.0) for values in linear]
+    products = [one * two for one, two in combinations_with_replacement(scaled, 2)]
+    return np.column_stack([*linear, steps, earlier, np.ones(len(steps)), *products])
 
 
 def pooled(movements: Sequence[Movement]) -> Movement:
     """The mean of at least one movement, weighted by the inverse of their variances."""
     parts = np.array([[each.now, each.before] for each in movements])
     weights = np.array([[each.now_error, each.before_error] for each in movements]) ** -2.0
-    (now, before), (now_error, before_error) = (
-        (weights * parts).sum(axis=0) / weights.sum(axis=0),
-        weights.sum(0) ** -0.5,
-    )
+    now, before = (weights * parts).sum(axis=0) / weights.sum(axis=0)
+    now_error, before_error = weights.sum(axis=0) ** -0.5
     return Movement(float(now), float(now_error), float(before), float(before_error))
-
-
-def _parts_in_rate(
-    manoeuvre: Manoeuvre, rate: str, controls: Sequence[str], least_ratio: float
-) -> list[tuple[Array, Array]]:
-    """Of each control that moves one rate: the part now and the part of the step before, each with standard error."""
-    time, columns = manoeuvre.flight.time, list(manoeuvre.columns)
-    surfaces = [name for name in manoeuvre.extra_columns if is_surface(name)]
-    levels = manoeuvre.flight.inputs[:, [columns.index(name) for name in surfaces]]
-    speed = manoeuvre.measured("V") if "V" in manoeuvre.outputs else np.full(time.size, manoeuvre.mean_airspeed)
-    moving = [manoeuvre.measured(name) for name in ("alpha", "beta", *RATES) if name in manoeuvre.outputs]
-
-    squared = (speed / manoeuvre.mean_airspeed) ** 2
-    answer = 2.0 * np.diff(manoeuvre.measured(rate)) / np.diff(time) / (squared[1:] + squared[:-1])
-    linear = [*(0.5 * (values[1:] + values[:-1]) for values in moving), *levels[:-1].T]
-    steps = np.diff(levels, axis=0)
-    earlier = np.vstack([np.zeros_like(steps[:1]), steps[:-1]])
-    scaled = [values / (np.nanmax(np.abs(values)) or 1.0) for values in linear]
-    products = [one * two for one, two in combinations_with_replacement(scaled, 2)]
-    regressors = np.column_stack([*linear, steps, earlier, np.ones(answer.size), *products])
-    there = np.isfinite(regressors).all(axis=1) & np.isfinite(answer)
-    regressors, answer = regressors[there], answer[there]
-    if answer.size < 2 * regressors.shape[1]:
-        return []
-
-    inverse = np.linalg.pinv(regressors)
-    found = inverse @ answer
-    deviation = float(np.std(answer - regressors @ found))
-    errors = deviation * np.sqrt(np.sum(inverse**2, axis=1))
-    parts = []
-    for name in controls:
-        level = len(moving) + surfaces.index(name)
-        now, before = (len(linear) + surfaces.index(name) + k * len(surfaces) for k in (0, 1))
-        if abs(found[level]) > least_ratio * errors[level]:
-            ratios, sizes = found[[now, before]] / found[level], errors[[now, before]] / abs(found[level])
-            parts.append((np.array([ratios[0], sizes[0]]), np.array([ratios[1], sizes[1]])))
-    return parts

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from aerosid.effects import ActiveEffect, PositionEffect
 from aerosid.effects.kinds import UNIT
-from aerosid.effects.sensor_position import AHEAD, are_beside_each_other, sensor_place
+from aerosid.effects.sensor_position import AHEAD, READ_AS_UNIT, are_beside_each_other, sensor_place
 from aerosid.estimation.effects_in_flight import acting_flight
 from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -19,9 +19,6 @@ from aerosid.estimation.maximum_likelihood import Refinement, refine_on
 from aerosid.flight_model.axes import LONGITUDINAL
 from aerosid.search.backward_elimination import eliminate_insignificant
 from aerosid.search.structure_search import StructureSearch
-
-SENSE = {"a_z": 1.0, "alpha": -1.0}
-"""Standard: the unit's direction for that in which each sensor was found: a vane behind reads as a unit ahead."""
 
 
 def with_unit_if_likelier(search: StructureSearch, current: Refinement) -> Refinement:
@@ -36,7 +33,7 @@ def with_unit_if_likelier(search: StructureSearch, current: Refinement) -> Refin
     if not all(_are_declared_together(manoeuvre, held, current) for manoeuvre in search.manoeuvres):
         return current
     (single, *_) = found
-    unit = ActiveEffect(sensor_place(UNIT, AHEAD), tuple(SENSE[single.effect.where] * x for x in single.values))
+    unit = ActiveEffect(sensor_place(UNIT, AHEAD), tuple(READ_AS_UNIT[single.effect.where] * x for x in single.values))
     effects = tuple(unit if active is single else active for active in current.effects)
     trial = refine_on(replace(current, effects=effects), search.manoeuvres, TRIAL)
     trial = eliminate_insignificant(search, trial)
@@ -46,7 +43,7 @@ def with_unit_if_likelier(search: StructureSearch, current: Refinement) -> Refin
 def _is_ahead(active: ActiveEffect) -> bool:
     """Whether an effect is the position along x of the vane, or of a_z."""
     effect = active.effect
-    return isinstance(effect, PositionEffect) and effect.where in SENSE and effect.axes == AHEAD
+    return isinstance(effect, PositionEffect) and effect.where in READ_AS_UNIT and effect.axes == AHEAD
 
 
 def _are_declared_together(manoeuvre: Manoeuvre, held: Sequence[ActiveEffect], current: Refinement) -> bool:

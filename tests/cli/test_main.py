@@ -233,14 +233,20 @@ def test_an_unexpected_error_is_one_sentence_and_exit_4(
     assert "two lines" in error
 
 
+def output_of(code: str) -> str:
+    """Of an interpreter of its own, which says on its error stream why it failed."""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys; from aerosid.cli.main import main; main(['--help']); "
         "heavy = {'numpy', 'pandas', 'scipy', 'numba', 'pint', 'pydantic', 'matplotlib', 'jsbsim'} & set(sys.modules); "
         "sys.exit(' '.join(sorted(heavy)) or 0)"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
+    output_of(code)
 
 
 def test_reading_si_imports_neither_units_nor_matlab(log: Path) -> None:
@@ -248,8 +254,7 @@ def test_reading_si_imports_neither_units_nor_matlab(log: Path) -> None:
         f"import sys; from aerosid.logs.formats import read_log; read_log({str(log)!r}); "
         "sys.exit(' '.join(sorted({'pint', 'scipy.io', 'numba', 'matplotlib'} & set(sys.modules))) or 0)"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
+    output_of(code)
 
 
 def test_the_loop_and_its_report_import_nothing_that_they_do_without() -> None:
@@ -259,8 +264,7 @@ def test_the_loop_and_its_report_import_nothing_that_they_do_without() -> None:
         "'aerosid.manoeuvres.record', 'aerosid.reporting.manoeuvres', 'aerosid.reporting.quality_tables'}; "
         "sys.exit(' '.join(sorted(spared & set(sys.modules))) or 0)"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
+    output_of(code)
 
 
 def test_the_loop_begins_without_what_writes_its_report() -> None:
@@ -271,8 +275,7 @@ def test_the_loop_begins_without_what_writes_its_report() -> None:
         "spared = {'jinja2', *(f'aerosid.reporting.{name}' for name in ('writing', 'page', 'result_schema'))}; "
         "sys.exit(' '.join(sorted(spared & set(sys.modules))) or 0)"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
+    output_of(code)
 
 
 def test_module_and_reader_that_goes_away() -> None:
@@ -308,9 +311,7 @@ def test_a_command_ends_without_a_last_search_for_cycles(ran: str, searched: boo
         "    def __del__(self): os.write(1, b'found')\n"
         f"Cycle(); {ran}"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
-    assert ("found" in run.stdout) is searched
+    assert ("found" in output_of(code)) is searched
 
 
 def test_every_verb_is_in_the_readme_and_has_help() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from aerosid.equation_error.regression.design import residual_weights
@@ -22,7 +24,7 @@ NEAR = 1.0
 that takes up what a deficient structure leaves, and with it the motion (Citation short period, C_m as declared)."""
 
 
-def converged(found: Estimate, most: float = NEAR) -> Estimate:
+def converged(found: Estimate, is_better: Callable[[Estimate], bool] | None = None) -> Estimate:
     """The estimate with its residuals' colours converged at its point, so that the start of a search leaves no trace.
 
     A search compares structures to a fraction of one in ln L and ends there; a term of little information may still be
@@ -33,8 +35,8 @@ def converged(found: Estimate, most: float = NEAR) -> Estimate:
     ----------
     found : Estimate
         Of the coefficient equations.
-    most : float
-        Standard errors by which a term may move; the estimate as found is returned where one moves by more.
+    is_better : callable, optional
+        Whether an estimate that converged elsewhere is to be taken; by default the estimate as found is kept.
     """
     problem, point = found.problem, found.point
     design, weights = problem.design(point), found.solution.weights
@@ -49,6 +51,8 @@ def converged(found: Estimate, most: float = NEAR) -> Estimate:
     error = np.sqrt(np.maximum(np.diag(first.covariance), 1e-300))
     terms = [p for p, unknown in enumerate(design.unknowns) if unknown[0] == "term"]
     moved = (np.abs(last.values - first.values) / error)[terms]
-    if last.log_likelihood < first.log_likelihood - COMPARED or np.any(moved > most):
+    is_far = bool(np.any(moved > NEAR))
+    if last.log_likelihood < first.log_likelihood - COMPARED or (is_far and is_better is None):
         return found
-    return estimate(problem, point, last.weights, steps=2)
+    other = estimate(problem, point, last.weights, steps=2)
+    return found if is_far and is_better is not None and not is_better(other) else other

@@ -16,7 +16,7 @@ from aerosid.effects import ActiveEffect
 from aerosid.effects.family import at_null
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import UNIT, axes_of
-from aerosid.effects.sensor_position import AHEAD, are_beside_each_other, sensor_place
+from aerosid.effects.sensor_position import AHEAD, READ_AS_UNIT, are_beside_each_other, sensor_place
 from aerosid.equation_error.equations.channels import MEASURED_BY, VANE_OF
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.equations.recording import Recording
@@ -63,7 +63,7 @@ def in_one_unit(identified: SelectedStructure, hypotheses: Sequence[Hypothesis])
         Those from which they were selected.
     """
     found, settings = identified.estimate, identified.estimate.problem.settings
-    for label, sense, least_gain in ((ALONE, 1.0, -settings.choice_gain), (VANE, -1.0, settings.choice_gain)):
+    for label, least_gain in ((ALONE, -settings.choice_gain), (VANE, settings.choice_gain)):
         each = _chosen(identified, label)
         if each is None or axes_of(each.hypothesis.effects[0]) != AHEAD:
             continue
@@ -71,7 +71,7 @@ def in_one_unit(identified: SelectedStructure, hypotheses: Sequence[Hypothesis])
         given = tuple(active for active in found.point.effects if active is not single)
         for unit in units_of(hypotheses, replace(found.point, effects=given), found.problem.recordings):
             (place,) = unit.effects
-            together = replace(place, values=tuple(sense * value for value in single.values))
+            together = replace(place, values=tuple(READ_AS_UNIT[label[1]] * value for value in single.values))
             effects = tuple(together if active is single else active for active in found.point.effects)
             moved = estimate(found.problem, replace(found.point, effects=effects), found.solution.weights)
             entered = SelectedEffect(unit, each.kinematic, each.gain)

@@ -29,6 +29,7 @@ from aerosid.equation_error.regression.estimate import Estimate, maximise_likeli
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.structure import SelectedStructure
+from aerosid.flight_model.axes import ACCELEROMETERS
 
 SCALE, BIAS = "sensor_scale", "sensor_bias"
 
@@ -70,7 +71,7 @@ derivatives six and fourteen standard errors off."""
 CALIBRATIONS = {**dict.fromkeys(VANE_OF.values(), VANE), AIRSPEED: PITOT_TUBE}
 """Of each channel whose scale factor the coefficients cannot show."""
 
-ATTITUDE, RATE, ACCELERATION = ("phi", "theta", "psi"), ("p", "q", "r"), ("a_x", "a_y", "a_z")
+ATTITUDE, RATE = ("phi", "theta", "psi"), ("p", "q", "r")
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class RetainedErrors:
         """That of a kind of instrument error in a channel, in its unit; 0 where any is named."""
         if kind == SCALE:
             return self.scale
-        sizes = ((ATTITUDE, self.attitude), (RATE, self.rate), (ACCELERATION, self.acceleration))
+        sizes = ((ATTITUDE, self.attitude), (RATE, self.rate), (ACCELEROMETERS, self.acceleration))
         return next((size for channels, size in sizes if kind == BIAS and channel in channels), 0.0)
 
 

@@ -28,7 +28,7 @@ from aerosid.flight_model.axes import Axes
 Array = NDArray[np.float64]
 
 SIDE_FORCE = "C_Y"
-"""The coefficient that the lateral accelerometer shows."""
+"""The coefficient affected by the position of its accelerometer and of the sideslip vane."""
 
 DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
 """Kinds whose parameter is the time by which a channel is late."""

@@ -34,14 +34,11 @@ from aerosid.equation_error.selection.candidates import (
     with_hypothesis,
     within_limits,
 )
-from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, SIDE_FORCE
 from aerosid.equation_error.selection.penalties import KinematicEvidence, Name
 from aerosid.equation_error.selection.redundancy import non_redundant
 from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.flight_model.axes import ACCELEROMETERS, LONGITUDINAL, Axes
-
-SIDE_FORCE = "C_Y"
-"""The coefficient affected by the position of its accelerometer and of the sideslip vane."""
 
 LEAST_DELAY = 0.15
 """Design: least delay of the airspeed, s, that the axial force shows by itself. A late airspeed adds nearly a part of

@@ -8,8 +8,6 @@ one optimum and of .13 at the other, and the declared and the completed model, t
 
 from __future__ import annotations
 
-import math
-
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.colour_convergence import converged
 from aerosid.equation_error.regression.estimate import Estimate, estimate
@@ -23,10 +21,7 @@ RISE = 1e-3
 
 def converged_as_predicted(found: Estimate) -> Estimate:
     """The estimate with its colours converged: near by, or far away where that predicts unseen records better."""
-    near = converged(found)
-    if near is not found:
-        return near
-    return better_predicting(found, converged(found, math.inf))
+    return converged(found, lambda far: better_predicting(found, far) is far)
 
 
 def estimated_with_fewer_parts(problem: RegressionProblem, point: Point, completed: Estimate) -> Estimate:
@@ -40,8 +35,6 @@ def estimated_with_fewer_parts(problem: RegressionProblem, point: Point, complet
 
 def better_predicting(found: Estimate, other: Estimate) -> Estimate:
     """The other estimate where it predicts the coefficients of the records that are not fitted better, in sum."""
-    if other is found:
-        return found
     compared = as_compared(found.problem)
     pairs = zip(fits_of(compared, found), fits_of(compared, other), strict=True)
     rise = sum(after.r2 - before.r2 for before, after in pairs if not before.fitted)
