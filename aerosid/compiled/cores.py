@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
+import signal
 import sys
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from multiprocessing.connection import Connection, Pipe
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from aerosid.compiled.sent_results import NOT_SENT, packed, unpacked
 
@@ -199,15 +200,15 @@ def mapped(
     os.write(dealer, tickets_of(range(len(items))))
     os.close(dealer)
     each = cores // count
-    copies = [_copied(lambda: _worked(task, items, tickets, until), common, each) for _ in range(count - 1)]
+    copies = [copied(lambda: _worked(task, items, tickets, until), common, each) for _ in range(count - 1)]
     try:
         with _sharing(each, tuple(results for _, results in copies)):
             done = _worked(task, items, tickets, until)
     finally:
         _draw_all(tickets)  # where the task failed here, the copies are to end too
         os.close(tickets)
-        received = [_received(*copy, common) for copy in copies]
-    for part in received:
+        others = [received(*copy, common) for copy in copies]
+    for part in others:
         done |= part
     return _completed(done, task, items, until)
 
@@ -221,87 +222,65 @@ def both(
     return first, second
 
 
-def begun(task: Callable[[], _Result], *, yielding: bool = False) -> Callable[[], _Result]:
+class Begun(Generic[_Result]):
+    """A task that may be under way in a copy of this process; called, it waits for the result.
+
+    Parameters
+    ----------
+    task : callable
+        Done here where there is no copy, or where that could not do it, so that an error is this process's own.
+    copy : (int, Connection), optional
+        Of this process, at work on the task.
+    common : sequence of object
+        As of `begun`.
+    """
+
+    def __init__(
+        self,
+        task: Callable[[], _Result],
+        copy: tuple[int, Connection] | None = None,
+        common: Sequence[object] = (),
+    ) -> None:
+        self._task, self._copy, self._common = task, copy, common
+
+    def __call__(self) -> _Result:
+        """The result."""
+        done = {} if self._copy is None or self._copy[1].closed else received(*self._copy, self._common)
+        return done[0] if 0 in done else self._task()
+
+    def abandon(self) -> None:
+        """Ends the copy, whose result is not needed."""
+        if self._copy is None or self._copy[1].closed:
+            return
+        number, results = self._copy
+        results.close()
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)
+        await_end(number)
+
+
+def begun(task: Callable[[], _Result], common: Sequence[object] = (), *, yielding: bool = False) -> Begun[_Result]:
     """Begins a task beside what follows, where there is a core for it; what is returned waits for its result.
 
     Parameters
     ----------
     task : callable
         Changes nothing but caches; its result can be sent between processes. Without a second core it is done when the
-        result is asked for, and so is what a copy could not do, so that an error is this process's own. Where nobody
-        asks, the copy ends when it is done.
+        result is asked for. Where nobody asks, the copy ends when it is done.
+    common : sequence of object
+        What its result holds and this process has: it is not sent.
     yielding : bool
         Whether it leaves the cores to what was begun before and is waited for longer, as far as that needs them.
     """
     if _allowed.get() < 2 or sys.platform != "linux":
-        return task
+        return Begun(task)
 
     def work() -> dict[int, _Result]:
         if yielding:
             os.nice(YIELDS)
         return {0: task()}
 
-    place, here = _copied(work)
-
-    def result() -> _Result:
-        done = _received(place, here)
-        return done[0] if 0 in done else task()
-
-    return result
-
-
-@contextlib.contextmanager
-def prepared(
-    task: Callable[[_Item], _Result], ready: Callable[[], object]
-) -> Iterator[Callable[[_Item], Callable[[], _Result]]]:
-    """A task for a copy of this process that readies itself beside the block until it is given its item.
-
-    Parameters
-    ----------
-    task : callable
-        Of one item, which can be sent between processes as can its result; changes nothing but caches.
-    ready : callable
-        What the copy does at once, such as imports that this process does without.
-
-    Returns
-    -------
-    context manager of callable
-        Given the item, it hands it over; what that returns waits for the result. Without a second core, or where the
-        copy fails, the task is done here when the result is asked for. A copy given nothing ends with the block.
-    """
-    if _allowed.get() < 2 or sys.platform != "linux":
-        yield lambda item: lambda: task(item)
-        return
-    asked, asking = Pipe(duplex=False)
-
-    def work() -> dict[int, Any]:
-        asking.close()
-        ready()
-        given = asked.recv()
-        return {0: task(*given)} if given else {}
-
-    place, results = _copied(work)
-    asked.close()
-
-    def hand_over(item: _Item) -> Callable[[], _Result]:
-        with contextlib.suppress(OSError):  # the copy has ended: its result will be missing
-            asking.send((item,))
-
-        def result() -> _Result:
-            done = {} if results.closed else _received(place, results)
-            return done[0] if 0 in done else task(item)
-
-        return result
-
-    try:
-        yield hand_over
-    finally:
-        # Closing alone would not tell it: copies made since hold this end too, and may wait for this process.
-        with contextlib.suppress(OSError):
-            asking.send(())
-        asking.close()
-        if not results.closed:
-            _received(place, results)
+    return Begun(task, copied(work, common), common)
 
 
 def _up_to(until: Callable[[_Result], bool], results: Iterable[_Result]) -> list[_Result]:
@@ -348,9 +327,7 @@ def _draw_all(tickets: int) -> None:
         pass
 
 
-def _copied(
-    work: Callable[[], dict[int, Any]], common: Sequence[object] = (), cores: int = 1
-) -> tuple[int, Connection]:
+def copied(work: Callable[[], dict[int, Any]], common: Sequence[object] = (), cores: int = 1) -> tuple[int, Connection]:
     """A copy of this process that does some work and ends: its number, and where the results come from."""
     here, there = Pipe(duplex=False)
     copy = forked()
@@ -368,7 +345,7 @@ def _copied(
     return copy, here
 
 
-def _received(copy: int, results: Connection, common: Sequence[object] = ()) -> dict[int, Any]:
+def received(copy: int, results: Connection, common: Sequence[object] = ()) -> dict[int, Any]:
     """What a copy has done; nothing where it ended before it could tell."""
     with results:
         try:

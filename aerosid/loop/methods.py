@@ -9,6 +9,7 @@ import numpy as np
 
 from aerosid.aircraft import Aircraft
 from aerosid.compatibility import KinematicConsistency
+from aerosid.compiled.cores import Begun, begun
 from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.estimation.fit_settings import NEARBY, WRONG_STRUCTURE
@@ -34,6 +35,9 @@ from aerosid.search.other_derivatives import other_derivatives_by_equations, oth
 from aerosid.search.partial_correlation.attribution import attribute_by_model_error, note_on_unobservable
 from aerosid.search.structure_search import StructureSearch
 from aerosid.search.unreached_position import note_on_unreached, with_unreached_positions
+
+BY_EQUATIONS = "estimating by equation error"
+"""Display: the stage of the kinematic and coefficient equations."""
 
 
 @dataclass(frozen=True)
@@ -114,10 +118,25 @@ def _in_closed_kinematics(
     instrument_errors: InstrumentErrors, problem: IdentificationProblem, settings: LoopSettings, progress: Progress
 ) -> MethodResult:
     """The likelihood where a structure without disturbances is adequate, else the equations."""
-    plain = by_likelihood_without_disturbances(problem, settings, progress, closed=problem.shows_air)
+    ahead: list[Begun[MethodResult]] = []
+
+    def equations() -> MethodResult:
+        return _by_equations(instrument_errors, problem, settings, lambda _stage: None)
+
+    def begin_equations() -> None:
+        flights = (*problem.manoeuvres, *problem.others, *problem.held_out)
+        if sum(each.flight.time.size for each in flights) <= settings.samples_ahead:
+            ahead.append(begun(equations, [problem, instrument_errors, problem.declared, problem.aircraft, *flights]))
+
+    plain = by_likelihood_without_disturbances(
+        problem, settings, progress, closed=problem.shows_air, doubted=begin_equations
+    )
     if plain is not None and _is_adequate(plain.found, problem):
+        for each in ahead:
+            each.abandon()
         return plain
-    found = _by_equations(instrument_errors, problem, settings, progress)
+    progress(BY_EQUATIONS)
+    found = ahead[0]() if ahead else equations()
     closed = "The kinematic equations close within the noise of the instruments, but"
     if not problem.has_path:
         closed = (
@@ -159,7 +178,7 @@ def _by_equations(
     instrument_errors: InstrumentErrors, problem: IdentificationProblem, settings: LoopSettings, progress: Progress
 ) -> MethodResult:
     """Attribution by the coefficient equations, with the identified instrument errors applied."""
-    progress("estimating by equation error")
+    progress(BY_EQUATIONS)
     a_priori = {entry: (value, sigma) for entry, value, sigma in _priors(problem.aircraft)}
     known = identified_by_equations(instrument_errors, problem, settings, a_priori)
     agreement = problem.agreement(settings)
@@ -194,15 +213,22 @@ def by_likelihood(problem: IdentificationProblem, settings: LoopSettings, progre
 
 
 def by_likelihood_without_disturbances(
-    problem: IdentificationProblem, settings: LoopSettings, progress: Progress, *, closed: bool
+    problem: IdentificationProblem,
+    settings: LoopSettings,
+    progress: Progress,
+    *,
+    closed: bool,
+    doubted: Callable[[], None] = lambda: None,
 ) -> MethodResult | None:
     """As `by_likelihood`; None where flow separation or unmodelled forces would have to be tried.
 
-    `closed`: the air is calm by kinematics.
+    `closed`: the air is calm by kinematics. `doubted` is called as soon as None is likely.
     """
     search, agreement = _likelihood_search(problem, settings, progress, closed=closed)
     moving_air = agreement is not None and agreement.is_gusty
-    found = attribute_without_disturbances(search.without_stored_fits(), problem.others, moving_air=moving_air)
+    found = attribute_without_disturbances(
+        search.without_stored_fits(), problem.others, moving_air=moving_air, doubted=doubted
+    )
     return None if found is None else _likelihood_result(found, search, problem, settings, agreement)
 
 

@@ -70,6 +70,9 @@ class LoopSettings:
     start : StartValues or None
         Where the re-estimation of the declared structure begins, for runs of a study that know it from another flight;
         None: at the declared values and the noise of the logs.
+    samples_ahead : int
+        Samples of all logs up to which the equations are begun beside a likelihood search that is unlikely to end with
+        an adequate model; beyond, both would need their memory at once.
     """
 
     chain: ChainSettings = field(default_factory=ChainSettings)
@@ -89,6 +92,7 @@ class LoopSettings:
     next_flight: bool = True
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     start: StartValues | None = None
+    samples_ahead: int = 20_000
 
 
 USUAL = LoopSettings()

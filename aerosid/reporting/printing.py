@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from aerosid.compiled.cores import prepared
+from aerosid.compiled.prepared_copy import prepared
 
 if TYPE_CHECKING:
     from aerosid.loop.result import ClosedLoop

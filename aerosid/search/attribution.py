@@ -150,13 +150,18 @@ def attribute_by_search(
 
 
 def attribute_without_disturbances(
-    search: StructureSearch, validation: Sequence[Manoeuvre], *, moving_air: bool = False
+    search: StructureSearch,
+    validation: Sequence[Manoeuvre],
+    *,
+    moving_air: bool = False,
+    doubted: Callable[[], None] = lambda: None,
 ) -> Attribution | None:
     """As `attribute_by_search`; None where flow separation or unmodelled forces would have to be tried.
 
-    These take most of the time of a search, in vain where the residual is of a shape that no effect has.
+    These take most of the time of a search, in vain where the residual is of a shape that no effect has. `doubted` is
+    called as soon as None is likely.
     """
-    results = search_without_disturbances(search, search.declared, validation, moving_air=moving_air)
+    results = search_without_disturbances(search, search.declared, validation, moving_air=moving_air, doubted=doubted)
     return None if results is None else _attributed(search, results, validation)
 
 

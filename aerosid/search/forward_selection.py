@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -20,11 +20,14 @@ from aerosid.search.trial_fits import shortlisted, trial_fits, without_idle_step
 
 
 def forward_selection(
-    search: StructureSearch, start: Refinement, max_entries: int | None = None
+    search: StructureSearch,
+    start: Refinement,
+    max_entries: int | None = None,
+    entered: Callable[[Refinement], None] = lambda _estimate: None,
 ) -> tuple[Refinement, list[tuple[Score, ...]]]:
     """Enter hypotheses one at a time, `max_entries` in all, and eliminate those that a later one makes insignificant.
 
-    Returns the final estimate and the scores of each round.
+    Returns the final estimate and the scores of each round; `entered` is called with the estimate after each entry.
     """
     current = start
     rounds = []
@@ -38,6 +41,7 @@ def forward_selection(
         if improved is None:
             break
         current = with_disturbance_statistics(search, improved)
+        entered(current)
     return current, rounds
 
 

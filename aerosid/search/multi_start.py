@@ -18,6 +18,7 @@ from aerosid.search.disturbance_search import (
     search_with_gust_or_forces,
     with_likeliest_gust,
 )
+from aerosid.search.findings import Finding
 from aerosid.search.forward_selection import forward_selection, with_disturbance_statistics
 from aerosid.search.replacement import replace_parts
 from aerosid.search.separation_search import may_imitate_separation, search_with_separation
@@ -53,11 +54,17 @@ class MultiStartResult:
 
 
 class SearchProblem(NamedTuple):
-    """Input of the searches: the re-estimated declared structure, validation flights, whether kinematics show gusts."""
+    """Input of the searches: the re-estimated declared structure, validation flights, whether kinematics show gusts.
+
+    `ends_inadequate`: whether a plain search that leaves the model inadequate ends there, without replacement of its
+    parts; `entered` is called with the estimate after each of its entries.
+    """
 
     before: Refinement
     validation: tuple[Manoeuvre, ...]
     moving_air: bool
+    ends_inadequate: bool = False
+    entered: Callable[[Refinement], None] = lambda _estimate: None
 
 
 class SearchStart(NamedTuple):
@@ -76,10 +83,25 @@ def multi_start_search(
 
 
 def search_without_disturbances(
-    search: StructureSearch, before: Refinement, validation: Sequence[Manoeuvre], *, moving_air: bool
+    search: StructureSearch,
+    before: Refinement,
+    validation: Sequence[Manoeuvre],
+    *,
+    moving_air: bool,
+    doubted: Callable[[], None] = lambda: None,
 ) -> MultiStartResult | None:
-    """As `multi_start_search`, where that ends before flow separation and unmodelled forces are tried; else None."""
-    problem = SearchProblem(before, tuple(validation), moving_air)
+    """As `multi_start_search`, where that ends before flow separation and unmodelled forces are tried; else None.
+
+    `doubted` is called where several hypotheses have entered and the model is inadequate still: None is likely then.
+    """
+    adequate = []
+
+    def entered(estimate: Refinement) -> None:
+        adequate.append(not search.is_inadequate(estimate))
+        if len(adequate) == search.settings.doubted and not any(adequate):
+            doubted()
+
+    problem = SearchProblem(before, tuple(validation), moving_air, ends_inadequate=True, entered=entered)
     results = _searched(search, problem, STARTS[: STARTS.index(PLAIN) + 1])
     if results.explained:
         return results
@@ -145,11 +167,18 @@ def _are_gusts_insufficient(search: StructureSearch, problem: SearchProblem, res
 
 def _plain(search: StructureSearch, problem: SearchProblem, results: MultiStartResult) -> MultiStartResult:
     """The search from the declared structure, without disturbances."""
-    current, rounds = forward_selection(search, problem.before) if results.first_round is None else results.first_round
-    if results.first_round is not None and current is not problem.before:
-        current, further = forward_selection(search, current, search.settings.rounds - len(rounds))
-        rounds = [*rounds, *further]
-    current, alternatives = replace_parts(search, current)
+    entered = problem.entered
+    if results.first_round is None:
+        current, rounds = forward_selection(search, problem.before, entered=entered)
+    else:
+        current, rounds = results.first_round
+        if current is not problem.before:
+            current, further = forward_selection(search, current, search.settings.rounds - len(rounds), entered)
+            rounds = [*rounds, *further]
+    alternatives: tuple[Finding, ...] = ()
+    # A part is replaced by one that gains about as much, which leaves the residual as unlike noise as it is.
+    if not (problem.ends_inadequate and search.is_inadequate(current)):
+        current, alternatives = replace_parts(search, current)
     plain = SearchResult(current, alternatives, tuple(rounds))
     return replace(results, plain=plain, best=plain)
 

@@ -316,6 +316,9 @@ class AttributionSettings:
         Hypotheses that are fitted in each round; the score's ranking is exact only for small effects.
     rounds : int
         Largest number of hypotheses that enter; beyond, the missing effect is no sum of hypotheses.
+    doubted : int
+        Hypotheses entered by a search without disturbances that leave the model inadequate, beyond which the equations
+        are begun beside it. Of 94 simulated flights those with an adequate model had it after one or two.
     reach : float
         Difference of -2 ln L, for white residuals, within which another hypothesis is indistinguishable (20:1).
     price : float
@@ -344,6 +347,7 @@ class AttributionSettings:
     confirmed: float = 0.003
     shortlist: int = 6
     rounds: int = 6
+    doubted: int = 2
     reach: float = 6.0
     price: float = 8.0
     final_deviations: float = 3.0

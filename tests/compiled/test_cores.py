@@ -10,7 +10,8 @@ import time
 import numpy as np
 import pytest
 
-from aerosid.compiled.cores import YIELDS, NumberSeenByCopies, allowed, begun, both, mapped, on_cores, prepared
+from aerosid.compiled.cores import YIELDS, NumberSeenByCopies, allowed, begun, both, mapped, on_cores
+from aerosid.compiled.prepared_copy import prepared
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux alone")
 
@@ -220,6 +221,35 @@ def test_a_copy_whose_result_nobody_asks_for_ends() -> None:
     assert (done.stdout, done.stderr) == ("done\n", "")
 
 
+GIVEN_UP = """
+import os
+import time
+from aerosid.compiled.cores import begun, on_cores
+
+with on_cores(2):
+    endless = begun(lambda: time.sleep(600) or "copied")
+endless.abandon()
+endless.abandon()
+here = begun(lambda: "here")
+here.abandon()
+print(here())
+"""
+
+
+def test_a_copy_that_is_not_needed_is_ended_at_once() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", GIVEN_UP + LEFT_ALONE], text=True, capture_output=True, check=False, timeout=60
+    )
+    assert (done.stdout.splitlines(), done.stderr) == (["here", "alone"], "")
+
+
+def test_an_abandoned_task_is_done_here_where_its_result_is_asked_for_after_all() -> None:
+    with on_cores(2):
+        given_up = begun(os.getpid)
+    given_up.abandon()
+    assert given_up() == os.getpid()
+
+
 def test_a_prepared_copy_is_ready_before_it_is_given_its_item() -> None:
     here, made_ready = os.getpid(), []
 
@@ -252,7 +282,8 @@ def test_what_a_prepared_copy_cannot_do_is_done_here() -> None:
 
 ABANDONED = """
 import os
-from aerosid.compiled.cores import on_cores, prepared
+from aerosid.compiled.cores import on_cores
+from aerosid.compiled.prepared_copy import prepared
 
 try:
     with on_cores(2), prepared(print, lambda: None):
@@ -271,7 +302,8 @@ def test_a_prepared_copy_that_is_given_nothing_ends_with_the_block() -> None:
 
 
 BESIDE_ANOTHER = """
-from aerosid.compiled.cores import begun, on_cores, prepared
+from aerosid.compiled.cores import begun, on_cores
+from aerosid.compiled.prepared_copy import prepared
 
 try:
     with on_cores(2), prepared(print, lambda: None):

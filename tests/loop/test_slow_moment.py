@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from problems import LIGHT, NOISE, Problem, declaring, entry, with_channels, with_thrust
 
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.compiled.cores import on_cores
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.flight_model.terms import parse_term
 from aerosid.logs.flight_log import FlightLog
@@ -17,6 +18,7 @@ from aerosid.loop.closed_loop import close_loop
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from aerosid.loop.verdict import Verdict
+from aerosid.reporting.result_json import result_text
 
 TRUTH = declaring(LIGHT, {("C_X", "alpha^2"): 3.6, ("C_m", "trim_change"): 1.0})
 """Flown; the declared aircraft is the light transport without these two terms."""
@@ -69,6 +71,17 @@ def test_a_slow_moment_without_a_name_hides_no_term_and_leaves_the_standard_erro
     assert abs(result.effects[0].value - 3.6) < 4.0 * result.effects[0].std_error
     assert any("no effect of the catalogue describes" in note for note in result.notes)
     assert_derivatives_within_standard_errors(result)
+
+
+@pytest.mark.slow
+def test_equations_begun_beside_the_likelihood_give_the_same_bytes() -> None:
+    """Two hypotheses have entered, the model is inadequate still: a second core need not wait for the search's end."""
+    logs = [flight(51, 0.05), flight(52, -0.05)]
+    alone = close_loop(logs[:1], LIGHT, logs[1:], WITHOUT_REPORT)
+    with on_cores(2):
+        beside = close_loop(logs[:1], LIGHT, logs[1:], WITHOUT_REPORT)
+    assert alone.decided_by == "equations"
+    assert result_text(beside) == result_text(alone)
 
 
 @pytest.mark.parametrize("seed", [11, *(pytest.param(n, marks=pytest.mark.slow) for n in (21, 41))])

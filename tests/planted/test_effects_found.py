@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from oracles.effects import fly_separating, fly_through_air
 from oracles.flight import Airframe
-from problems import LIGHT, NOISE, SILENT, Problem, terms_of, with_channels
+from problems import BOTH_SQUARES, LIGHT, NOISE, SILENT, Problem, terms_of, with_channels
 from scipy.signal import lsim
 
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
@@ -22,6 +22,7 @@ from aerosid.loop.identification import identify
 from aerosid.loop.verdict import Verdict, judge
 from aerosid.search.attribution import Attribution
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
+from aerosid.search.multi_start import search_without_disturbances
 from aerosid.search.separation_search import search_separation_first
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
@@ -255,3 +256,18 @@ def test_other_effects_are_found_after_separation_entered_first() -> None:
     assert set(values) == {("flow_separation", "C_Z"), ("sensor_lag", "q")}
     assert values["flow_separation", "C_Z"] == pytest.approx(SEPARATION["alpha_star"], rel=0.1)
     assert values["sensor_lag", "q"] == pytest.approx(0.12, abs=0.01)
+
+
+def test_a_search_without_disturbances_is_doubted_where_a_stall_leaves_the_model_inadequate() -> None:
+    """No sum of terms follows it; terms that are missing leave no doubt."""
+    stalled = separating(replace(FLIGHT, elevator="doublet", amplitude=-0.07), 12)
+    lacking = Problem(undeclared=BOTH_SQUARES)
+    doubts: list[bool] = []
+    for problem, log, ends in ((lacking, lacking.fly(31), True), (FLIGHT, stalled, False)):
+        model, manoeuvre = problem.prepared(log)
+        before = refine(model, [manoeuvre], model.entries, settings=WRONG_STRUCTURE)
+        hypotheses = term_hypotheses(problem.candidates(log))
+        search = StructureSearch((manoeuvre,), hypotheses, LIGHT.coefficients, before, USUAL)
+        found = search_without_disturbances(search, before, (), moving_air=False, doubted=lambda: doubts.append(True))
+        assert (found is not None) == ends
+        assert len(doubts) == (0 if ends else 1)
