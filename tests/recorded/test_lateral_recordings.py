@@ -95,3 +95,12 @@ def test_a_declared_value_that_the_other_flight_contradicts_is_not_kept() -> Non
     (roll,) = [row for row in result.derivatives if (row.coefficient, row.term) == ("C_n", "p_hat")]
     assert roll.by_validation
     assert roll.estimate is None
+
+
+def test_a_step_that_spoils_the_other_flight_is_refuted_though_that_flight_has_one_too() -> None:
+    """A step of C_n of -.0008 left R^2 of C_n of the rolls at .86 in place of .94, since the rolls hold one as well."""
+    aircraft = load_aircraft(Path(recording("lateral/citation.aircraft.toml")))
+    logs = [read(f"citation_ref_{name}.csv", "citation.channels.toml") for name in ("dutch_roll", "rolls")]
+    result = close_loop(logs[:1], aircraft, logs[1:], settings=BRIEF)
+    assert ("step_change", "C_n") not in by_name(result)
+    assert all(after > before - 0.01 for before, after in unseen(result).values())

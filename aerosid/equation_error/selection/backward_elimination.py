@@ -28,9 +28,7 @@ from aerosid.equation_error.selection.cross_validation import (
 )
 from aerosid.equation_error.selection.level_shifts import (
     further_level_shifts,
-    recurs_on_validation,
     shift_columns,
-    shifts_of,
 )
 from aerosid.equation_error.selection.penalties import Label
 from aerosid.equation_error.selection.replication import is_needed, replicated_effects
@@ -119,7 +117,6 @@ def _refuted(
     completed = fitted.estimate
     settings = completed.problem.settings
     predicted, threshold = _predictor(selected, completed)
-    known_shifts = shifts_of(selected.estimate)
     steps = shift_columns(selected.estimate)
     after = predicted(completed, steps)
     further = functools.cache(lambda: further_level_shifts(selected.estimate, search.coefficients, search.criterion))
@@ -128,10 +125,6 @@ def _refuted(
         reduced = estimate_without(fitted, each)
         before = predicted(reduced, steps)
         if predicts_worse(before, after, threshold, settings.least_rise):
-            if recurs_on_validation(
-                (*known_shifts, *(found.point.effects[-1] for found in further())), each.hypothesis
-            ):
-                return False
             # A step change in the validation record alone must not refute another effect.
             all_shifts = shift_columns(selected.estimate, further())
             predictions = predicted(reduced, all_shifts), predicted(completed, all_shifts)

@@ -135,13 +135,6 @@ def further_level_shifts(base: Estimate, coefficients: Sequence[str], criterion:
     return rows
 
 
-def recurs_on_validation(shifts: Sequence[ActiveEffect], hypothesis: Hypothesis) -> bool:
-    """Whether a step change also happens on a validation record, which then cannot refute it."""
-    return any(is_step_change(active) for active in hypothesis.effects) and any(
-        (active.effect.kind, active.effect.where) == (hypothesis.kind, hypothesis.where) for active in shifts
-    )
-
-
 def shift_columns(found: Estimate, further: Sequence[Estimate] = ()) -> dict[tuple[int, str], Array]:
     """Change of the equations of its record by one unit of each level shift, (n, k), by record and coefficient.
 
