@@ -24,6 +24,8 @@ from aerosid.equation_error.regression.estimate import (
 from aerosid.equation_error.regression.linear_or_smooth_inputs import likelier_input_interpolation
 from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.airspeed_bias import AirspeedBias
+from aerosid.equation_error.selection.airspeed_calibration import uncertain_airspeed
 from aerosid.equation_error.selection.alternatives import Alternative, gains_by_deletion
 from aerosid.equation_error.selection.backward_elimination import eliminate_insignificant, improves_prediction
 from aerosid.equation_error.selection.calibration import uncertain_scales
@@ -114,7 +116,8 @@ class EquationErrorDecision:
     near_significant : tuple of NearSignificant
         Effects that would be significant as single hypotheses: of kinematics, then of coefficients.
     uncertain_scales : tuple of ActiveEffect
-        Scale factors of vanes and airspeed that the standard errors contain, at their posterior root-mean-square size.
+        Scale factors of vanes, and scale factor and bias of the airspeed, that the standard errors contain, at their
+        posterior root-mean-square size.
     level_shifts : mapping of str to tuple of ActiveEffect
         Step changes of validation and further records, by the name of each record.
     regressor_errors : tuple of RegressorErrors
@@ -172,7 +175,7 @@ def decide(
     settings = errors.selected.estimate.problem.settings
     values = DeclaredValues(declared, settings.declared_tail, settings.declared_misjudged)
     joint = selected_jointly(errors, errors.selected, tuple(coefficients), values)
-    identified, of_both, search, outcome, vane, compared = joint
+    identified, of_both, search, outcome, vane, compared, bias = joint
     fitted, evidence = search.fitted, search.criterion.evidence
     accepted, refuted = _accepted_structure(identified, search, outcome)
     structure, on_fitted, regressed, completed, covariance, biased = accepted
@@ -194,7 +197,7 @@ def decide(
     fits = functools.partial(fits_with_shifts, as_compared(fitted_estimate.problem), level_shifts)
     derivatives = [unknown for unknown in before.design.unknowns if unknown[0] in ("term", "one")]
     after = fits(completed)
-    kinematic = (errors.selected if vane is None else identified).estimate
+    kinematic = (errors.selected if vane is None and bias is None else identified).estimate
     listed = {*refuted, *gains, *(row.hypothesis.label for row in alternatives)}
     omitted = _omitted(errors, identified, structure, search, listed)
     averaged = averaged_covariance(regressed, covariance, fitted_estimate, alternatives, derivatives, omitted)
@@ -214,7 +217,7 @@ def decide(
         refuted=refuted,
         damping=damping_collinearity(reported, averaged),
         delay_discrepancies=delay_discrepancies(kinematic, outcome.errors, settings.deviations),
-        joint_evidence={hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly},
+        joint_evidence=_joint_evidence(jointly, evidence, bias),
         near_significant=tuple(with_validation_fits(row, after, fitted, fits) for row in omitted.near_significant),
         uncertain_scales=omitted.scales,
         level_shifts=level_shifts,
@@ -244,6 +247,14 @@ def _declared_alike(start: Point, completed: Estimate, biased: Sequence[Regresso
     return found
 
 
+def _joint_evidence(
+    jointly: Sequence[Hypothesis], evidence: Mapping[Name, KinematicEvidence], bias: AirspeedBias | None
+) -> dict[Label, KinematicEvidence]:
+    """What kinematics show of the errors that they show only with the coefficients, an airspeed bias among them."""
+    found = {hypothesis.label: evidence[distinct_name(hypothesis)] for hypothesis in jointly}
+    return found if bias is None else {**found, bias.hypothesis.label: bias.evidence}
+
+
 def _gains_with_evidence(
     structure: SelectedStructure, jointly: Sequence[Hypothesis], evidence: Mapping[Name, KinematicEvidence]
 ) -> dict[Label, float]:
@@ -264,7 +275,11 @@ def _omitted(
 ) -> OmittedEffects:
     """What may exist beside the selected structure; `listed`: labels of what was selected, refuted or offered."""
     near_significant = near_significant_effects(errors, identified, structure, search, listed)
-    scales = uncertain_scales(identified, errors.hypotheses, structure.estimate.point.effects)
+    acting = structure.estimate.point.effects
+    scales = (
+        *uncertain_scales(identified, errors.hypotheses, acting),
+        *uncertain_airspeed(identified, errors.hypotheses, acting, structure.estimate),
+    )
     return OmittedEffects(near_significant, scales, len(identified.estimate.point.effects))
 
 

@@ -22,7 +22,17 @@ from aerosid.equation_error.selection.accelerometer_unit import (
     units_of,
     with_unit_favoured,
 )
+from aerosid.equation_error.selection.airspeed_bias import (
+    AirspeedBias,
+    reestimated,
+    scale_as_alternative,
+    selected_bias,
+    with_bias_free,
+    with_bias_held,
+    without_errors_of_airspeed,
+)
 from aerosid.equation_error.selection.alternatives import Alternative
+from aerosid.equation_error.selection.calibration import BIAS
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.damping_collinearity import downwash_prior
@@ -63,7 +73,8 @@ class JointSelection(NamedTuple):
     """Instrument errors, their alternatives by both kinds of equations, the coefficient search and the structure.
 
     `vane`: the position of a vane that both kinds of equations show together. It is among the outcome's errors, and
-    held among those of kinematics. `compared`: labels of errors told from those identified by both kinds of equations.
+    held among those of kinematics; so is `bias`, one of the airspeed. `compared`: labels of errors told from those
+    identified by both kinds of equations.
     """
 
     identified: SelectedStructure
@@ -72,6 +83,7 @@ class JointSelection(NamedTuple):
     outcome: ErrorsAndStructure
     vane: IdentifiedVane | None = None
     compared: tuple[Label, ...] = ()
+    bias: AirspeedBias | None = None
 
     @property
     def log_likelihood(self) -> float:
@@ -87,11 +99,39 @@ class JointSelection(NamedTuple):
 
     @property
     def instrument_errors(self) -> tuple[SelectedEffect, ...]:
-        """Those of kinematics, and the position of a vane."""
-        return (*self.identified.chosen, *(() if self.vane is None else (self.vane.effect,)))
+        """Those of kinematics, the position of a vane, and a bias of the airspeed."""
+        return (*self.identified.chosen, *(each.effect for each in (self.vane, self.bias) if each is not None))
 
 
 def selected_jointly(
+    errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], values: DeclaredValues
+) -> JointSelection:
+    """The structure selected by both kinds of equations; a bias of the airspeed among it is estimated from both.
+
+    The selection is repeated with the bias held: what stood for a part of it leaves, and kinematics may show others.
+    """
+    found = _selected_with_unit(errors, identified, coefficients, values)
+    bias = selected_bias(found.outcome.structure, found.search.criterion)
+    if bias is None:
+        return found
+    settings = identified.estimate.problem.settings
+    others = replace(errors, hypotheses=without_errors_of_airspeed(errors.hypotheses))
+    for _ in range(settings.rounds):
+        placed = _selected_with_unit(others, with_bias_held(identified, bias), coefficients, values)
+        before, bias = bias, reestimated(bias, placed.outcome.structure.estimate)
+        if bias.is_settled(before):
+            break
+    if not bias.is_significant(settings.deviations):
+        unbiased = replace(errors, hypotheses=without_errors_of_airspeed(errors.hypotheses, (BIAS,)))
+        return _selected_with_unit(unbiased, identified, coefficients, values)
+    free = with_bias_free(placed.outcome.errors, placed.identified.estimate, bias)
+    scale = scale_as_alternative(bias, placed.identified, placed.outcome.structure.estimate, errors.hypotheses)
+    alternatives = placed.alternatives if scale is None else (*placed.alternatives, scale)
+    outcome = replace(placed.outcome, errors=free)
+    return placed._replace(outcome=outcome, alternatives=alternatives, bias=bias)
+
+
+def _selected_with_unit(
     errors: InstrumentErrors, identified: SelectedStructure, coefficients: tuple[str, ...], values: DeclaredValues
 ) -> JointSelection:
     """The structure selected by both kinds of equations, accelerometers in one unit where they do not contradict that.

@@ -13,7 +13,6 @@ from aerosid.equation_error.selection.turbulence import may_be_turbulent
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.equation_error_notes import (
-    note_on_calibration,
     note_on_damping,
     note_on_delay,
     note_on_near_significant,
@@ -22,6 +21,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_supported_error,
     note_on_vane,
     notes_on_bridged_holes,
+    notes_on_calibration,
     notes_on_rotary_gusts,
 )
 from aerosid.loop.identification_problem import IdentificationProblem
@@ -115,7 +115,7 @@ def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> t
             if row.hypothesis.label in together and not together[row.hypothesis.label].is_uninformative
         ),
         *(note_on_near_significant(row) for row in decision.near_significant),
-        *(note_on_calibration(scale) for scale in decision.uncertain_scales),
+        *notes_on_calibration(decision.uncertain_scales, decision.completed),
         *notes_on_rotary_gusts(decision.completed.problem.rotary_gusts),
         *(note_on_regressor_errors(row) for row in decision.regressor_errors),
         note_on_damping(decision.damping) if decision.damping is not None else "",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,9 @@ import numpy as np
 from aerosid.effects import ActiveEffect
 from aerosid.equation_error.equations.bridged_holes import channel_holes, has_path
 from aerosid.equation_error.equations.channels import AIRSPEED
+from aerosid.equation_error.regression.estimate import Estimate
+from aerosid.equation_error.selection.airspeed_calibration import mean_airspeed
+from aerosid.equation_error.selection.calibration import SCALE
 from aerosid.equation_error.selection.control_dependence import DEPENDENCE, ControlDependence, dependent
 from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
 from aerosid.equation_error.selection.near_significant import NearSignificant
@@ -101,7 +105,7 @@ BRIDGED = 0.3
 """Numerical: s of a hole from which it is noted: half a period at the band of usual short periods."""
 
 NOTED_SCALE = 0.005
-"""Display: relative part of a standard error from which the vane's scale factor is noted."""
+"""Display: relative part of a standard error from which the error of a vane or of the airspeed is noted."""
 
 
 def notes_on_bridged_holes(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
@@ -127,16 +131,25 @@ def notes_on_bridged_holes(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def note_on_calibration(active: ActiveEffect) -> str | None:
-    """Note on the part of the standard errors that is a scale factor of vane or airspeed; None where negligible."""
-    size, where = abs(active.held[0] - 1.0), active.effect.where
-    if size < NOTED_SCALE:
-        return None
-    contained = f"the derivatives by {where} contain the scale factor of its vane"
+def notes_on_calibration(scales: Sequence[ActiveEffect], completed: Estimate) -> tuple[str, ...]:
+    """Notes on the parts of the standard errors that errors of vanes and airspeed are; none where negligible.
+
+    `scales`: scale factors of vanes, and scale factor and bias of the airspeed, frozen at their sizes.
+    """
+    sizes: dict[str, float] = {}
+    for active in scales:
+        is_scale = active.effect.kind == SCALE
+        size = active.held[0] - 1.0 if is_scale else active.held[0] / mean_airspeed(completed)
+        sizes[active.effect.where] = math.hypot(sizes.get(active.effect.where, 0.0), size)
+    return tuple(_note_on_calibration(where, size) for where, size in sizes.items() if size >= NOTED_SCALE)
+
+
+def _note_on_calibration(where: str, size: float) -> str:
+    contained, by = f"the derivatives by {where} contain the scale factor of its vane", "kinematics"
     if where == AIRSPEED:
-        contained = f"all derivatives contain twice the scale factor of {where}"
+        contained, by = f"all derivatives contain twice the error of {where}", "kinematics, coefficients"
     return (
-        f"The standard errors of {contained}, known to {number(100.0 * size, 2)} % by kinematics and the usual "
+        f"The standard errors of {contained}, known to {number(100.0 * size, 2)} % by {by} and the usual "
         "accuracy of a calibration together. If it is calibrated better than that, declare so in the aircraft file: "
         f'kind = "sensor_scale", where = "{where}", value = 1.0 in [[effects]].'
     )

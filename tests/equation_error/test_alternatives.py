@@ -8,6 +8,7 @@ import numpy as np
 from equations_decided import decided, identified
 
 from aerosid.equation_error.regression.estimate import maximise_likelihood
+from aerosid.equation_error.selection.airspeed_calibration import mean_airspeed
 from aerosid.equation_error.selection.alternatives import replacements_of
 from aerosid.equation_error.selection.candidates import is_instrument_error, with_aircraft_limits
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
@@ -72,8 +73,10 @@ def test_an_implausible_centre_of_gravity_is_no_alternative_of_elevator_lift() -
     assert all(row.hypothesis.kind != "cg_shift" for row in found.alternatives)
     place = found.completed.design.unknowns.index(("term", ("C_m", parse_term("alpha"))))
     deviation, value = float(np.sqrt(found.covariance[place, place])), found.completed.solution.values[place]
-    sizes = {scale.effect.where: abs(scale.held[0] - 1.0) for scale in found.uncertain_scales}
+    sizes = {scale.name: scale.held[0] for scale in found.uncertain_scales}
+    vane, bias = abs(sizes["sensor_scale", "alpha"] - 1.0), sizes["sensor_bias", "V"] / mean_airspeed(found.completed)
+    airspeed = np.hypot(sizes["sensor_scale", "V"] - 1.0, bias)
     # Their parts are tested in test_calibration.py.
-    beside_scales = np.sqrt(deviation**2 - (value * sizes["alpha"]) ** 2 - (2.0 * value * sizes["V"]) ** 2)
+    beside_scales = np.sqrt(deviation**2 - (value * vane) ** 2 - (2.0 * value * airspeed) ** 2)
     assert beside_scales < 0.025
     assert abs(value - body.terms["C_m", "alpha"]) < 3.0 * deviation

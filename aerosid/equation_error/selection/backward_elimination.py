@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
@@ -13,6 +13,7 @@ from aerosid.equation_error.regression.design import uses_no_instruments
 from aerosid.equation_error.regression.estimate import Estimate, estimate
 from aerosid.equation_error.regression.moderated_test import moderated_p_value
 from aerosid.equation_error.regression.related_problems import as_compared, weights_restricted_to
+from aerosid.equation_error.selection.airspeed_bias import is_shown_by_both
 from aerosid.equation_error.selection.block_cross_validation import block_residuals, blocks_of
 from aerosid.equation_error.selection.candidates import distinct_name
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
@@ -26,6 +27,7 @@ from aerosid.equation_error.selection.cross_validation import (
     unexplained_rise,
     validation_residuals,
 )
+from aerosid.equation_error.selection.kinematic_evidence import affects_all_coefficients
 from aerosid.equation_error.selection.level_shifts import (
     further_level_shifts,
     shift_columns,
@@ -56,7 +58,8 @@ def eliminate_insignificant(
     while True:
         fitted = on_identification_records(search, selected)
         replicated = functools.partial(replicated_effects, selected=selected, fitted=fitted)
-        removed = least_significant(fitted.estimate, selected.chosen, replicated) or _insignificant_by_blocks(
+        judged = _judged_by_coefficients(search, selected)
+        removed = least_significant(fitted.estimate, judged, replicated) or _insignificant_by_blocks(
             search, selected, fitted
         )
         if removed is None:
@@ -67,6 +70,16 @@ def eliminate_insignificant(
                 return selected, refuted
             refuted.setdefault(removed.hypothesis.label, grounds)
         selected = structure_without(selected, removed)
+
+
+def _judged_by_coefficients(search: CoefficientSearch, selected: SelectedStructure) -> Sequence[SelectedEffect]:
+    """The effects of a structure that the coefficients of the identification records must show by themselves.
+
+    A bias of the airspeed is shown by the kinematics too, and by all records.
+    """
+    if not is_shown_by_both(selected, search.criterion):
+        return selected.chosen
+    return [each for each in selected.chosen if not affects_all_coefficients(each.hypothesis)]
 
 
 def on_identification_records(search: CoefficientSearch, selected: SelectedStructure) -> SelectedStructure:

@@ -5,10 +5,10 @@ filter or a gyro's slow noise does to a channel may look like a scale factor of 
 
 A derivative is known as well as the scale of what it is formed with. In moving air the kinematics determine the scale
 factor of a vane to one or several per cent, and an error below the penalty for multiple testing is not identified; the
-coefficients cannot show it at all, since their derivatives scale with it. The same holds for the airspeed, by whose
-square every coefficient is divided. Its posterior from the usual accuracy of a calibration and from the kinematics is a
-part of the standard errors of the derivatives (a nuisance parameter with a prior; Klein & Morelli, Aircraft System
-Identification, eq. 5.31).
+coefficients cannot show it at all, since their derivatives scale with it. Its posterior from the usual accuracy of a
+calibration and from the kinematics is a part of the standard errors of the derivatives (a nuisance parameter with a
+prior; Klein & Morelli, Aircraft System Identification, eq. 5.31). The same holds for the airspeed, by whose square
+every coefficient is divided (`airspeed_calibration`).
 
 The prior is a mixture: most instruments are calibrated, some are not. A normal prior alone would outvote kinematics
 that contradict it, and a vane that shows 17 % too much would leave derivatives six standard errors off (contaminated
@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from aerosid.compiled.cores import mapped
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
-from aerosid.equation_error.equations.channels import AIRSPEED, VANE_OF
+from aerosid.equation_error.equations.channels import VANE_OF
 from aerosid.equation_error.regression.estimate import Estimate, maximise_likelihood
 from aerosid.equation_error.selection.alternatives import last_parameter
 from aerosid.equation_error.selection.candidates import with_hypothesis
@@ -68,8 +68,8 @@ PITOT_TUBE = Calibration(0.005, 0.1, 0.03, 0.06)
 other, shows 7 %); asked for by `benchmarks/field_detection.py`, seed 217 flight 34, whose airspeed 3 % off left
 derivatives six and fourteen standard errors off."""
 
-CALIBRATIONS = {**dict.fromkeys(VANE_OF.values(), VANE), AIRSPEED: PITOT_TUBE}
-"""Of each channel whose scale factor the coefficients cannot show."""
+CALIBRATIONS = dict.fromkeys(VANE_OF.values(), VANE)
+"""Of each vane: the coefficients cannot show its scale factor."""
 
 ATTITUDE, RATE = ("phi", "theta", "psi"), ("p", "q", "r")
 
@@ -120,7 +120,7 @@ def exceeds_calibration(found: Estimate, hypothesis: Hypothesis) -> bool:
 def uncertain_scales(
     identified: SelectedStructure, hypotheses: Sequence[Hypothesis], acting: Sequence[ActiveEffect]
 ) -> tuple[ActiveEffect, ...]:
-    """The scale factor errors that were not identified, each at its posterior root-mean-square size.
+    """The scale factor errors of vanes that were not identified, each at its posterior root-mean-square size.
 
     Parameters
     ----------
@@ -140,39 +140,68 @@ def uncertain_scales(
         if hypothesis.kind == SCALE
         and hypothesis.where in compared & set(CALIBRATIONS)
         and (SCALE, hypothesis.where) not in known
-        and not (hypothesis.where == AIRSPEED and (BIAS, AIRSPEED) in known)  # at one airspeed a bias is a scale
     ]
     return tuple(mapped(lambda each: _at_posterior_size(identified, each), scales, common=[base.problem]))
 
 
 def _at_posterior_size(identified: SelectedStructure, hypothesis: Hypothesis) -> ActiveEffect:
     """A scale factor error, frozen at the root mean square of its posterior about one, on the side of its mean."""
+    found, error = kinematic_scale(identified, hypothesis)
+    return at_size(hypothesis, posterior_size(found, error, CALIBRATIONS[hypothesis.where]), found)
+
+
+def kinematic_scale(identified: SelectedStructure, hypothesis: Hypothesis) -> tuple[float, float]:
+    """A scale factor error and its standard error, 1, by kinematics."""
     base = identified.estimate
     found = maximise_likelihood(base.problem, with_hypothesis(base.point, hypothesis), base.solution.weights, STEPS)
     active, value, error = last_parameter(found.estimate, hypothesis)
     assert active is not None
+    return value - active.effect.parameters[0].null, error
+
+
+def at_size(hypothesis: Hypothesis, size: float, found: float) -> ActiveEffect:
+    """An instrument error, frozen at some size from its null, on the side of an estimate of its distance from there."""
+    (active,) = hypothesis.effects
     null = active.effect.parameters[0].null
-    usual = CALIBRATIONS[hypothesis.where]
-    is_evidence = abs(value - null) <= usual.plausible
-    size = posterior_size(value - null, error if is_evidence else math.inf, usual)
-    return frozen(replace(active, values=(null + (size if value >= null else -size), *active.values[1:])))
+    return frozen(replace(active, values=(null + (size if found >= 0.0 else -size), *active.values[1:])))
 
 
 def posterior_size(found: float, error: float, usual: Calibration) -> float:
-    """Root mean square of a scale factor error of which kinematics found a value with a standard error.
+    """Root mean square of a scale factor error of which kinematics found a value with a standard error."""
+    return posterior_sizes([(found, error)], usual)[0]
 
-    Without kinematic evidence the prior is left.
+
+def posterior_sizes(evidence: Sequence[tuple[float, float]], usual: Calibration) -> list[float]:
+    """Root mean squares of the parts of an error that is of one of several shapes, a priori as probable.
+
+    Parameters
+    ----------
+    evidence : sequence of (float, float)
+        For each shape the size that the records show if it is the error's, and its standard error: infinite where they
+        show nothing, and the prior is left.
+    usual : Calibration
+        Of the instrument.
     """
     priors = ((usual.accuracy**2, 1.0 - usual.probability), (usual.uncalibrated**2, usual.probability))
+    rows = [
+        (n, *_posterior(found, error, prior), math.log(share))
+        for n, (found, error) in enumerate(evidence)
+        for prior, share in priors
+        if share > 0.0
+    ]
+    most = max(gain + prior_odds for _, _, gain, prior_odds in rows)
+    weights = [math.exp(gain + prior_odds - most) for _, _, gain, prior_odds in rows]
+    squares = [0.0] * len(evidence)
+    for weight, (n, square, _, _) in zip(weights, rows, strict=True):
+        squares[n] += weight * square / sum(weights)
+    return [math.sqrt(square) for square in squares]
+
+
+def _posterior(found: float, error: float, prior: float) -> tuple[float, float]:
+    """Mean square of an error of some prior variance, and its gain in ln L over none, the error integrated out."""
     if not math.isfinite(error):
-        return math.sqrt(sum(share * prior for prior, share in priors))
-    squares, odds = [], []
-    for prior, share in priors:
-        if share == 0.0:
-            continue
-        spread = prior + error**2
-        taken = prior / spread  # of the kinematic estimate; none where they do not determine it
-        squares.append((taken * found) ** 2 + (1.0 - taken) * prior)
-        odds.append(math.log(share) - 0.5 * (found**2 / spread + math.log(spread)))
-    weights = [math.exp(each - max(odds)) for each in odds]
-    return math.sqrt(sum(w * square for w, square in zip(weights, squares, strict=True)) / sum(weights))
+        return prior, 0.0
+    spread = prior + error**2
+    taken = prior / spread  # of the estimate; none where the records do not determine it
+    gain = 0.5 * (taken * (found / error) ** 2 - math.log(spread / error**2)) if error > 0.0 else 0.0
+    return (taken * found) ** 2 + (1.0 - taken) * prior, gain

@@ -17,6 +17,7 @@ airspeed where no accelerometer gives it a path to be compared with: the axial f
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -69,6 +70,8 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         if not candidates[n].columns.any():
             return _none_of(candidates[n].hypothesis)
         trial, hypothesis = linearised(base, candidates[n])
+        if affects_all_coefficients(hypothesis):
+            hypothesis = _without_limits(hypothesis)
         found = estimate(base.problem, with_hypothesis(base.point, hypothesis), trial.weights, steps=5)
         active, gain = found.point.effects[-1], found.gain_over(base)
         covariance = corrected_covariance(found.design, found.solution)
@@ -86,6 +89,16 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     fits = mapped(fitted, list(best.values()))
     evidence = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
     return _fewest_axes(evidence, gain_required) | _unobserved(identified, eligible)
+
+
+def _without_limits(hypothesis: Hypothesis) -> Hypothesis:
+    """The hypothesis without limits of usable instruments.
+
+    Kinematics may put its value beyond them, and yet not contradict a value within.
+    """
+    (active,) = hypothesis.effects
+    parameters = tuple(replace(each, lowest=-np.inf, highest=np.inf) for each in active.effect.parameters)
+    return replace(hypothesis, effects=(replace(active, effect=replace(active.effect, parameters=parameters)),))
 
 
 def _unobserved(identified: SelectedStructure, eligible: Sequence[Hypothesis]) -> dict[Name, KinematicEvidence]:
