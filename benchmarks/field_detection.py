@@ -16,7 +16,6 @@ import dataclasses
 import json
 import math
 import tempfile
-import time as clock
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,7 +40,7 @@ from benchmarks.planted_flights import (
     simulated,
 )
 from benchmarks.plants import KINDS, Plant, in_catalogue
-from benchmarks.wide_detection import HIGHEST, closed, matches, numbers_of, print_kinds, sized, with_flights
+from benchmarks.wide_detection import HIGHEST, flown_and_closed, matches, numbers_of, print_kinds, sized, with_flights
 
 Array = NDArray[np.float64]
 
@@ -148,25 +147,12 @@ def scored(
     write: Callable[[Path, int], tuple[Circumstances, list[Plant], str]],
     counts: Counter[str],
 ) -> Iterator[Scored]:
-    """Pairs that were flown and closed, each printed; the outcomes of all are counted.
-
-    `write` makes the case folder of a pair, which is `named` with the pair's number.
-    """
-    for n in numbers:
-        folder = named.with_name(f"{named.name}_{n:03d}")
-        try:
-            at, plants, about = write(folder, n)
-        except ArithmeticError:
-            counts["not flown"] += 1
-            continue
-        started = clock.perf_counter()
-        try:
-            result = closed(folder)
-        except AerosidError as error:
+    """Pairs that were flown and closed, each printed; outcomes are counted. The rest as of `flown_and_closed`."""
+    for n, (at, plants, about), result, seconds in flown_and_closed(numbers, named, write, counts):
+        if isinstance(result, AerosidError):
             counts["broke down"] += 1
-            print(f"{n:3d} broke down: {error}")  # noqa: T201
+            print(f"{n:3d} broke down: {result}")  # noqa: T201
             continue
-        seconds = clock.perf_counter() - started
         outcome, words = judged(plants, result)
         counts.update(outcome)
         off = derivative_errors(at, plants, result)

@@ -18,8 +18,9 @@ import sys
 import tempfile
 import time as clock
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -44,6 +45,8 @@ from benchmarks.planted_flights import (
 )
 from benchmarks.plants import KINDS, Plant, Scale, in_catalogue, outside
 
+_Flown = TypeVar("_Flown")
+
 HIGHEST = 0.5
 """rad; where what is planted drives alpha beyond, nobody would have flown on."""
 
@@ -57,18 +60,14 @@ def main() -> None:
     counts: Counter[str] = Counter()
     by_kind: dict[str, Counter[str]] = defaultdict(Counter)
     with tempfile.TemporaryDirectory() as scratch:
-        for n in numbers:
-            folder = Path(arguments.keep or scratch) / f"{arguments.plant}{arguments.seed}_{n:03d}"
-            try:
-                at, plants = written(folder, arguments.plant, [arguments.seed, n], n)
-            except ArithmeticError:
-                counts["not flown"] += 1
-                continue
-            started = clock.perf_counter()
-            try:
-                result = closed(folder)
-            except AerosidError as error:
-                outcome, said = ["crashed"], str(error)
+        named = Path(arguments.keep or scratch) / f"{arguments.plant}{arguments.seed}"
+
+        def write(folder: Path, n: int) -> tuple[Circumstances, list[Plant]]:
+            return written(folder, arguments.plant, [arguments.seed, n], n)
+
+        for n, (at, plants), result, seconds in flown_and_closed(numbers, named, write, counts):
+            if isinstance(result, AerosidError):
+                outcome, said = ["crashed"], str(result)
             else:
                 noise = {channel: size * at.noise for channel, size in NOISE.items()}
                 outcome, said = judged(plants, result, noise), told(result)
@@ -79,7 +78,7 @@ def main() -> None:
                 f"{n:3d} {outcome[0]:9} {' '.join(outcome[1:]):8} [{' + '.join(p.label for p in plants) or 'nothing'}] "
                 f"{at.body.name}, {at.shapes[0]}, {at.interval:g} s, {at.duration:.0f} s, {at.excursion:.3f} rad, "
                 f"noise x{at.noise:.2f} e x{at.elevator_noise:g} memory {at.memory:.2f}: {said}; "
-                f"{clock.perf_counter() - started:.1f} s",
+                f"{seconds:.1f} s",
                 flush=True,
             )
     print(f"{len(numbers)} flights: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))  # noqa: T201
@@ -210,6 +209,30 @@ def measured(
         at.body.airspeed,
         swing,
     )
+
+
+def flown_and_closed(
+    numbers: Sequence[int], named: Path, write: Callable[[Path, int], _Flown], counts: Counter[str]
+) -> Iterator[tuple[int, _Flown, ClosedLoop | AerosidError, float]]:
+    """Number, what `write` says of a pair, the loop's result or the error that ended it, and its seconds.
+
+    `write` makes the case folder of a pair, which is `named` with the pair's number, or raises ArithmeticError where it
+    could not be flown, which is counted.
+    """
+    for n in numbers:
+        folder = named.with_name(f"{named.name}_{n:03d}")
+        try:
+            flown = write(folder, n)
+        except ArithmeticError:
+            counts["not flown"] += 1
+            continue
+        started = clock.perf_counter()
+        result: ClosedLoop | AerosidError
+        try:
+            result = closed(folder)
+        except AerosidError as error:
+            result = error
+        yield n, flown, result, clock.perf_counter() - started
 
 
 def closed(folder: Path) -> ClosedLoop:
