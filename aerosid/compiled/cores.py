@@ -254,9 +254,7 @@ class Begun(Generic[_Result]):
             return
         number, results = self._copy
         results.close()
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(number, signal.SIGKILL)
-        await_end(number)
+        end_at_once(number)
 
 
 def begun(task: Callable[[], _Result], common: Sequence[object] = (), *, yielding: bool = False) -> Begun[_Result]:
@@ -362,6 +360,13 @@ def forked() -> int:
         # Python from 3.12 warns of threads: those of numerical libraries wait for work, that of a progress bar draws.
         warnings.simplefilter("ignore", DeprecationWarning)
         return os.fork()
+
+
+def end_at_once(copy: int) -> None:
+    """Ends a copy of this process, whatever it is doing."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(copy, signal.SIGKILL)
+    await_end(copy)
 
 
 def await_end(copy: int) -> None:

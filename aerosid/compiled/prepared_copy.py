@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from multiprocessing.connection import Pipe
 from typing import Any, TypeVar
 
-from aerosid.compiled.cores import allowed, copied, received
+from aerosid.compiled.cores import Begun, allowed, copied, received
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -34,7 +34,7 @@ def prepared(
         copy fails, the task is done here when the result is asked for. A copy given nothing ends with the block.
     """
     if allowed() < 2 or sys.platform != "linux":
-        yield lambda item: lambda: task(item)
+        yield lambda item: Begun(lambda: task(item))
         return
     asked, asking = Pipe(duplex=False)
 
@@ -47,15 +47,10 @@ def prepared(
     place, results = copied(work)
     asked.close()
 
-    def hand_over(item: _Item) -> Callable[[], _Result]:
+    def hand_over(item: _Item) -> Begun[_Result]:
         with contextlib.suppress(OSError):  # the copy has ended: its result will be missing
             asking.send((item,))
-
-        def result() -> _Result:
-            done = {} if results.closed else received(place, results)
-            return done[0] if 0 in done else task(item)
-
-        return result
+        return Begun(lambda: task(item), (place, results))
 
     try:
         yield hand_over

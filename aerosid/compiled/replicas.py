@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
-import signal
 import sys
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection, Pipe
@@ -25,7 +24,7 @@ from aerosid.compiled.cores import (
     allowed,
     apart,
     are_replicated,
-    await_end,
+    end_at_once,
     forked,
     on_cores,
     replicated_by,
@@ -181,9 +180,7 @@ class _Group:
     def end(self) -> None:
         """Ends the replicas: what they still do is done here as well."""
         for copy, connection in self._others:
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(copy, signal.SIGKILL)
-            await_end(copy)
+            end_at_once(copy)
             connection.close()
         self._others = []
         if self._tickets >= 0:

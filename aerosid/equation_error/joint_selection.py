@@ -29,6 +29,7 @@ from aerosid.equation_error.selection.airspeed_bias import (
     selected_bias,
     with_bias_free,
     with_bias_held,
+    with_joint_gain,
     without_errors_of_airspeed,
 )
 from aerosid.equation_error.selection.alternatives import Alternative
@@ -124,6 +125,7 @@ def selected_jointly(
     if not bias.is_significant(settings.deviations):
         unbiased = replace(errors, hypotheses=without_errors_of_airspeed(errors.hypotheses, (BIAS,)))
         return _selected_with_unit(unbiased, identified, coefficients, values)
+    bias = with_joint_gain(bias, placed.outcome.structure.estimate)
     free = with_bias_free(placed.outcome.errors, placed.identified.estimate, bias)
     scale = scale_as_alternative(bias, placed.identified, placed.outcome.structure.estimate, errors.hypotheses)
     alternatives = placed.alternatives if scale is None else (*placed.alternatives, scale)

@@ -105,7 +105,8 @@ def by_data_compatibility(problem: IdentificationProblem, settings: LoopSettings
     ratio = instrument_errors.noise_ratio
     if ratio <= settings.equation_error.closed:
         return _in_closed_kinematics(instrument_errors, problem, settings, progress)
-    found = _by_equations(instrument_errors, problem, settings, progress)
+    progress(BY_EQUATIONS)
+    found = _by_equations(instrument_errors, problem, settings)
     sentence = (
         f"The residuals of the kinematic equations are {_times(ratio)} the level expected from the white noise between "
         "successive samples: there is turbulence or recorder filtering. The kinematic and coefficient equations decide "
@@ -121,7 +122,7 @@ def _in_closed_kinematics(
     ahead: list[Begun[MethodResult]] = []
 
     def equations() -> MethodResult:
-        return _by_equations(instrument_errors, problem, settings, lambda _stage: None)
+        return _by_equations(instrument_errors, problem, settings)
 
     def begin_equations() -> None:
         flights = (*problem.manoeuvres, *problem.others, *problem.held_out)
@@ -171,14 +172,14 @@ def by_equations(problem: IdentificationProblem, settings: LoopSettings, progres
     instrument_errors = problem.instrument_errors
     if instrument_errors is None or settings.catalogue == "terms":
         return by_likelihood(problem, settings, progress)
-    return _by_equations(instrument_errors, problem, settings, progress)
+    progress(BY_EQUATIONS)
+    return _by_equations(instrument_errors, problem, settings)
 
 
 def _by_equations(
-    instrument_errors: InstrumentErrors, problem: IdentificationProblem, settings: LoopSettings, progress: Progress
+    instrument_errors: InstrumentErrors, problem: IdentificationProblem, settings: LoopSettings
 ) -> MethodResult:
     """Attribution by the coefficient equations, with the identified instrument errors applied."""
-    progress(BY_EQUATIONS)
     a_priori = {entry: (value, sigma) for entry, value, sigma in _priors(problem.aircraft)}
     known = identified_by_equations(instrument_errors, problem, settings, a_priori)
     agreement = problem.agreement(settings)

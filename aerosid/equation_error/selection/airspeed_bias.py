@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from aerosid.effects import ActiveEffect, frozen
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import AIRSPEED
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import Estimate, effect_sensitivities, estimate, linear_values
 from aerosid.equation_error.regression.parameter_limits import free_parameters
@@ -26,7 +27,7 @@ from aerosid.equation_error.regression.standard_errors import corrected_covarian
 from aerosid.equation_error.selection.alternatives import Alternative, last_parameter
 from aerosid.equation_error.selection.calibration import BIAS, SCALE
 from aerosid.equation_error.selection.candidates import distinct_name, with_hypothesis, within_limits
-from aerosid.equation_error.selection.coefficient_information import information_of
+from aerosid.equation_error.selection.coefficient_information import information_on_effects
 from aerosid.equation_error.selection.joint_errors import JointErrors, free_values
 from aerosid.equation_error.selection.kinematic_evidence import affects_all_coefficients
 from aerosid.equation_error.selection.penalties import KinematicEvidence, SelectionCriterion
@@ -132,23 +133,34 @@ def reestimated(bias: AirspeedBias, coefficients: Estimate) -> AirspeedBias:
 
     `coefficients`: of all records, the bias held at its value.
     """
-    own, score = information_of(coefficients, _whitened_column(coefficients, bias))
+    place, point = _freed(coefficients, bias)
+    own, score = information_on_effects(coefficients, point, [(place, 0)], np.eye(1))
     of_kinematics, seen = _kinematic_information(bias.evidence)
     information = float(own[0, 0]) + of_kinematics
     value = bias.value + (float(score[0]) + of_kinematics * (seen - bias.value)) / information
+    return replace(bias, value=value, std_error=1.0 / math.sqrt(information))
+
+
+def with_joint_gain(bias: AirspeedBias, coefficients: Estimate) -> AirspeedBias:
+    """The bias with its gain in ln L of both; `coefficients` as of `reestimated`."""
     unbiased = _without_bias(coefficients.point.effects, bias)
     reduced = estimate(
         coefficients.problem, replace(coefficients.point, effects=unbiased), coefficients.solution.weights
     )
-    gain = coefficients.log_likelihood - reduced.log_likelihood + bias.evidence.gain_at((value,))
-    return replace(bias, value=value, std_error=1.0 / math.sqrt(information), gain=gain)
+    gain = coefficients.log_likelihood - reduced.log_likelihood + bias.evidence.gain_at((bias.value,))
+    return replace(bias, gain=gain)
+
+
+def _freed(found: Estimate, bias: AirspeedBias) -> tuple[int, Point]:
+    """The place of the bias that an estimate holds, and its point with the bias free."""
+    effects = found.point.effects
+    place = next(n for n, active in enumerate(effects) if _is_held_bias(active, bias))
+    return place, replace(found.point, effects=(*effects[:place], _free(bias), *effects[place + 1 :]))
 
 
 def _whitened_column(found: Estimate, bias: AirspeedBias) -> Array:
     """Change of every equation with the bias that an estimate holds, whitened, (R, 1)."""
-    effects = found.point.effects
-    place = next(n for n, active in enumerate(effects) if _is_held_bias(active, bias))
-    point = replace(found.point, effects=(*effects[:place], _free(bias), *effects[place + 1 :]))
+    place, point = _freed(found, bias)
     columns = effect_sensitivities(found.problem, linear_values(found.design, found.solution), point, [(place, 0)])
     return compared_columns(found.design, columns, found.solution.weights)
 

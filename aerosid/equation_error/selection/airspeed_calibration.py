@@ -18,7 +18,6 @@ import numpy as np
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.channels import AIRSPEED
-from aerosid.equation_error.regression.design import compared_columns
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.selection.calibration import (
     BIAS,
@@ -29,7 +28,7 @@ from aerosid.equation_error.selection.calibration import (
     posterior_sizes,
 )
 from aerosid.equation_error.selection.candidates import effect_candidates
-from aerosid.equation_error.selection.coefficient_information import information_of
+from aerosid.equation_error.selection.coefficient_information import information_on
 from aerosid.equation_error.selection.structure import SelectedStructure
 
 
@@ -81,7 +80,6 @@ def shown_bias(found: Sequence[Estimate], hypothesis: Hypothesis) -> tuple[float
     information = score = 0.0
     for each in found:
         for candidate in effect_candidates(each.problem, each, [hypothesis]):
-            white = compared_columns(each.design, candidate.columns, each.solution.weights)
-            own, slope = information_of(each, white)
+            own, slope = information_on(each, candidate.columns)
             information, score = information + float(own[0, 0]), score + float(slope[0])
     return (score / information, 1.0 / math.sqrt(information)) if information > 0.0 else (0.0, math.inf)
