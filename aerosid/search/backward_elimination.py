@@ -15,10 +15,19 @@ BORDERLINE = 0.7
 ones raised by their usual shortfall, and made 4.2 of a ratio of 5.2 (C_X alpha*delta_e of JSBSim's c310)."""
 
 
-def eliminate_insignificant(search: StructureSearch, current: Refinement) -> Refinement:
-    """The estimate without the added parts that are insignificant by their corrected standard deviations."""
-    while (reduced := without_least_significant(search, current, _sufficient_deviations(search, current))) is not None:
+def eliminate_insignificant(
+    search: StructureSearch, current: Refinement, origin: Refinement | None = None
+) -> Refinement:
+    """The estimate without the added parts that are insignificant by their corrected standard deviations.
+
+    `origin` is the estimate to which parts were added: it is returned, not fitted again, where all of them are removed.
+    """
+    while (
+        reduced := without_least_significant(search, current, _sufficient_deviations(search, current), origin)
+    ) is not None:
         current = reduced
+        if current is origin:
+            break
     return current
 
 
@@ -44,14 +53,14 @@ def eliminate_on_final_estimate(search: StructureSearch, completed: Refinement) 
 
 
 def without_least_significant(
-    search: StructureSearch, current: Refinement, uncertainty: Deviations
+    search: StructureSearch, current: Refinement, uncertainty: Deviations, origin: Refinement | None = None
 ) -> Refinement | None:
-    """The estimate without the least significant part; None where all parts are significant."""
+    """The estimate without the least significant part, `origin` where it is that; None where all are significant."""
     parts = [part for part in search.parts(current, uncertainty) if not part.is_disturbance]
     for part in sorted(parts, key=lambda part: part.ratio):
         if part.ratio >= search.critical:
             break
-        reduced = search.re_estimated_without(current, [part])
+        reduced = search.re_estimated_without(current, [part], origin)
         if not is_jointly_significant(
             search, part, reduced.cost - current.cost, variance_inflation(search, current, uncertainty, {part.label})
         ):

@@ -62,13 +62,14 @@ def _improved(search: StructureSearch, current: Refinement, fits: Sequence[Short
     trials = without_idle_step_changes(search, current, trials, min(map(search.penalised_cost, trials), default=np.inf))
     trials = [trial for trial in trials if search.penalised_cost(trial) < search.penalised_cost(current)]
     return next(
-        (better for better in reduced_trials(search, trials) if is_new_structure(search, better, current)), None
+        (better for better in _reduced_trials(search, trials, current) if is_new_structure(search, better, current)),
+        None,
     )
 
 
-def reduced_trials(search: StructureSearch, trials: Sequence[Refinement]) -> Iterator[Refinement]:
+def _reduced_trials(search: StructureSearch, trials: Sequence[Refinement], current: Refinement) -> Iterator[Refinement]:
     """The trials after backward elimination, the least penalised cost first."""
-    return (eliminate_insignificant(search, trial) for trial in sorted(trials, key=search.penalised_cost))
+    return (eliminate_insignificant(search, trial, current) for trial in sorted(trials, key=search.penalised_cost))
 
 
 def is_new_structure(search: StructureSearch, trial: Refinement, current: Refinement) -> bool:

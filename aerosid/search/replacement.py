@@ -82,7 +82,7 @@ def _best_replacement(
     for trial in sorted(trials, key=cost):
         if cost(trial) >= cost(current):
             break
-        reduced_trial = eliminate_insignificant(search, trial)
+        reduced_trial = eliminate_insignificant(search, trial, reduced)
         entered = [part for part in search.parts(reduced_trial, None) if part.label not in base]
         if any(part.entry is not None for part in entered) and all(part.entry is None for part in own):
             continue
@@ -149,7 +149,9 @@ def replacement_fits(
 
 def needs_all_parts(search: StructureSearch, trial: Refinement, reduced: Refinement) -> bool:
     """Whether all parts of an estimate are significant and none gains by averaging noise alone."""
-    return eliminate_insignificant(search, trial) is trial and explains_beyond_noise_averaging(search, trial, reduced)
+    return eliminate_insignificant(search, trial, reduced) is trial and explains_beyond_noise_averaging(
+        search, trial, reduced
+    )
 
 
 def possible_competitors(

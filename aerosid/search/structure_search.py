@@ -265,11 +265,15 @@ class StructureSearch:
             effects=tuple(active for active in current.effects if active not in effects),
         )
 
-    def re_estimated_without(self, current: Refinement, parts: Sequence[Part]) -> Refinement:
-        """The re-estimated structure without some parts; the declared one's estimate where nothing else is left."""
+    def re_estimated_without(
+        self, current: Refinement, parts: Sequence[Part], origin: Refinement | None = None
+    ) -> Refinement:
+        """The re-estimated structure without some parts; `origin` or the declared one's estimate where that is left."""
         reduced = self.reduced_structure(current, parts)
         if self._is_declared(reduced):
             return self.declared
+        if origin is not None and origin.converged and _have_same_structure(reduced, origin):
+            return origin
         structure = reduced.free, reduced.effects
         if structure not in current.reduced:
             current.reduced[structure] = self._reduced_fit(current, reduced, parts)
@@ -310,3 +314,11 @@ class StructureSearch:
         if last is not None and last[0] is current and of_own_kind:
             point = replace(last[1].with_terms(()), values=np.array(current.model.values))
         return refine_on(current, self.manoeuvres, point=point)
+
+
+def _have_same_structure(first: Refinement, second: Refinement) -> bool:
+    """Whether two estimates have the same free terms and effects, whatever their values."""
+    if (first.free, first.held_to_data) != (second.free, second.held_to_data):
+        return False
+    unvalued = [[(a.effect, a.log, len(a.values), a.held) for a in each.effects] for each in (first, second)]
+    return unvalued[0] == unvalued[1]

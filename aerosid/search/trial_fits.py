@@ -108,7 +108,7 @@ def without_idle_step_changes(
 ) -> list[Refinement]:
     """The trials; those whose penalised cost could fall below `level`, without their insignificant step changes."""
     return [
-        eliminate_insignificant(search, trial)
+        eliminate_insignificant(search, trial, current)
         if 0.0 < search.penalised_cost(trial) - level < removable_penalty(search, trial, current)
         else trial
         for trial in trials

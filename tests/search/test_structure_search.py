@@ -12,6 +12,7 @@ from aerosid.estimation.fit_settings import TRIAL
 from aerosid.estimation.likelihood import Likelihood
 from aerosid.estimation.maximum_likelihood import Refinement, refine, refine_on
 from aerosid.estimation.score_test import Linearised
+from aerosid.search.backward_elimination import eliminate_insignificant
 from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 from aerosid.search.settings import AttributionSettings
 from aerosid.search.structure_search import StructureSearch
@@ -83,6 +84,24 @@ def test_without_all_that_was_added_the_declared_structure_keeps_its_estimate(
     for declared in (replace(found.declared, converged=False), replace(found.declared, is_maximum=False)):
         other = StructureSearch(found.manoeuvres, found.hypotheses, LIGHT.coefficients, declared, USUAL)
         assert other.re_estimated_without(replace(current), other.parts(current, None)) is not declared
+
+
+def test_without_all_that_a_trial_added_the_estimate_that_it_was_added_to_is_kept(
+    search: tuple[StructureSearch, Refinement],
+) -> None:
+    found = search[0]
+    first, second = (found.parts(search[1], None)[n] for n in (0, 1))
+    origin = refine(found.declared.model.extended(SQUARES[:1]), found.manoeuvres, (*found.declared.free, SQUARES[0]))
+    for effects in ((), (next(h for h in found.hypotheses if h.kind == "control_lag").effects[0],)):
+        trial, known = replace(search[1], effects=effects), replace(origin, effects=effects)
+        assert known.converged
+        assert found.re_estimated_without(trial, [second], known) is known
+        # Not one of another structure or of other effects, nor one that did not converge.
+        assert found.re_estimated_without(trial, [first], known) is not known
+        assert found.re_estimated_without(trial, [second], replace(known, converged=False)) is not known
+        assert found.re_estimated_without(search[1], [second], replace(origin, effects=())).effects == ()
+    assert found.re_estimated_without(search[1], [second], known) is not known
+    assert eliminate_insignificant(found, search[1], origin) is search[1]
 
 
 def test_a_trial_continued_from_its_linearisation_converges_to_the_same_estimate(
