@@ -101,6 +101,18 @@ def test_two_channels_of_one_late_bus_are_late_and_the_rate_is_not_early(body: B
     assert found == {("sensor_delay", "theta"): late, ("sensor_delay", "alpha"): late}
 
 
+@pytest.mark.parametrize(("body", "seed"), [(BODIES[3], 8480), pytest.param(BODIES[5], 8490, marks=pytest.mark.slow)])
+def test_where_all_but_the_inertial_channels_are_late_these_are_not_early(body: Body, seed: int) -> None:
+    """An early rate and acceleration are two errors in place of four; the elevator would then be late as well."""
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(seed))
+    late = ["theta", "alpha", "V", "h"]
+    logs = [delayed(flown(name, body, seed + n, air=0.1), late, 0.06) for n, name in enumerate("ab")]
+    found = selected_delays(identified(aircraft, logs[:1], logs[1:]))
+    assert {("sensor_delay", "theta"), ("sensor_delay", "alpha")} <= found.keys()
+    assert {where for _, where in found} <= set(late)
+    assert list(found.values()) == pytest.approx([0.06] * len(found), abs=0.015)
+
+
 def test_rates_to_whose_lead_the_coefficients_object_are_on_time_beside_others_that_are_late() -> None:
     """In lateral motion the coefficients are asked before an error enters, and refused the lead of p and of r."""
     body, seed = next(each for each in lateral.BODIES if each.name == "survey drone"), 8450

@@ -26,6 +26,7 @@ from aerosid.equation_error.regression.problem import RegressionProblem
 from aerosid.equation_error.regression.related_problems import coefficients_of_all
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.alternatives import with_replacements
+from aerosid.equation_error.selection.bias_or_scale import with_either_begun
 from aerosid.equation_error.selection.calibration import exceeds_calibration
 from aerosid.equation_error.selection.candidates import (
     distinct_name,
@@ -246,6 +247,12 @@ def _searched(
     if off_aircraft(found):
         return found, path
     found = with_replacements(found, sensors, criterion, admitted)
+
+    def continued(begun: SelectedStructure) -> SelectedStructure:
+        *_, last = steps(begun)
+        return last if off_aircraft(last) else with_replacements(last, sensors, criterion, admitted)
+
+    found = with_either_begun(found, path, sensors, criterion, continued)
 
     def on_aircraft(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         entered = SelectedEffect(hypothesis, kinematic=True, gain=0.0)

@@ -65,8 +65,9 @@ def with_other_time_origin(
     hypotheses : sequence of Hypothesis
         Candidate instrument errors.
     coefficients : CoefficientCheck, optional
-        Whose likelihood counts as well where a single channel is early, or where they object; without them, as of an
-        aircraft without derivatives, a single channel stays early.
+        Whose likelihood counts as well where a single channel is early, where they object, and where the kinematic
+        equations alone prefer several early channels; without them, as of an aircraft without derivatives, these stay
+        early.
     """
     early = [each for each in by_kinematics.chosen if each.hypothesis.kind == DELAY and _delay(by_kinematics, each) < 0]
     if not early:
@@ -83,9 +84,9 @@ def with_other_time_origin(
     path = forward_selection(found, criterion, hypotheses, kinematic=True, most=most, admitted=admitted)
     found = max(path, key=lambda each: penalised_likelihood(each, criterion))
     found = with_replacements(found, hypotheses, criterion, admitted)
-    if penalised_likelihood(found, criterion) <= penalised_likelihood(selected, criterion):
-        return selected
-    return found
+    if penalised_likelihood(found, criterion) > penalised_likelihood(selected, criterion):
+        return found
+    return selected if coefficients is None else _likelier_by_all_equations(selected, initial, criterion, coefficients)
 
 
 def _likelier_by_all_equations(
