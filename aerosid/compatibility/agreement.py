@@ -31,15 +31,16 @@ class Contradiction:
         The correction with which they agree, as words after "it agrees"; empty where none was found.
     misfit : float
         Largest unexplained fraction of a channel's variation.
-    late : float
-        s; time by which the channel is late, negative when early, where its clock alone is wrong; else 0.
+    clocks : tuple of (str, float)
+        The corrections of one channel's clock alone, where no other kind explains as much: the channel and the time by
+        which it is late, s, negative when early.
     """
 
     log: str
     channels: tuple[str, ...]
     remedy: str
     misfit: float
-    late: float = 0.0
+    clocks: tuple[tuple[str, float], ...] = ()
 
     @property
     def sentence(self) -> str:

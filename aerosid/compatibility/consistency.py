@@ -22,6 +22,7 @@ from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
 from aerosid.equation_error.equations.instrumental_variables import is_control
 from aerosid.equation_error.selection.instrument_errors import identify_instrument_errors
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -32,6 +33,9 @@ from aerosid.logs.flight_log import FlightLog
 
 NO_AIRCRAFT = Constants(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """Geometry and inertia, 1 in SI units: the kinematic equations do not depend on them."""
+
+DRIVES = {"q": ("theta", "alpha"), "a_z": ("alpha",), "a_x": ("V",)}
+"""Physical: the outputs that follow from a gyro or an accelerometer by integration."""
 
 
 def check_kinematics(logs: Sequence[FlightLog], length: float | None = None) -> KinematicConsistency | None:
@@ -146,25 +150,32 @@ def _contradictory(recordings: Sequence[Recording], notes: tuple[str, ...]) -> K
 
 def _may_be_delays(contradictory: KinematicConsistency) -> bool:
     """Whether each contradiction is that of a clock, off by no more than an instrument may be late."""
-    return all(0.0 < abs(each.late) <= USUAL.contradiction.latest for each in contradictory.contradictions)
+    latest = USUAL.contradiction.latest
+    return all(
+        each.clocks and all(abs(late) <= latest for _, late in each.clocks) for each in contradictory.contradictions
+    )
 
 
 def _finds_delays(identified: KinematicConsistency | None, contradictory: KinematicConsistency) -> bool:
     """Whether the time delays of contradicting channels are identified: they are instrument errors then.
 
     The kinematic equations find a delay from small ones on, and a larger one in slow motions alone: where they lose it,
-    they take it for turbulence or errors of other instruments.
+    they take it for turbulence or errors of other instruments. Of corrections that the recording does not distinguish
+    one suffices.
     """
-    delays = {
-        finding.where: finding.value
-        for finding in (identified.findings if identified is not None else ())
-        if finding.kind == "sensor_delay"
-    }
-    return all(
-        abs(delays.get(channel, np.inf) - each.late) < USUAL.contradiction.same_delay
-        for each in contradictory.contradictions
-        for channel in each.channels
-    )
+    findings = identified.findings if identified is not None else ()
+    delays = {each.where: each.value for each in findings if each.kind == "sensor_delay"}
+    late = {each.where: each.value for each in findings if each.kind in DELAY_KINDS}
+
+    def is_found(channel: str, by: float) -> bool:
+        same = USUAL.contradiction.same_delay
+        if channel in late:
+            return abs(delays.get(channel, np.inf) - by) < same
+        # Only relative times show: a rate is early by what all that it drives is late.
+        driven = DRIVES.get(channel, ())
+        return bool(driven) and all(abs(late.get(output, np.inf) + by) < same for output in driven)
+
+    return all(any(is_found(*clock) for clock in each.clocks) for each in contradictory.contradictions)
 
 
 def _exclusion_note(log: FlightLog) -> str:

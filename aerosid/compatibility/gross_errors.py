@@ -84,7 +84,7 @@ def gross_error(
         return None
     alike = [alteration for score, alteration in sorted(tried, key=lambda each: each[0]) if score < least + beside]
     channels, remedy = _told(alike)
-    late = alike[0].late if len(alike) == 1 else 0.0
+    late = tuple((each.channels[0], each.late) for each in alike) if all(each.late for each in alike) else ()
     return Contradiction(windows.log.name, channels, remedy, max(before[name][0] for name in suspects), late)
 
 

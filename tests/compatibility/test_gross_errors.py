@@ -132,6 +132,21 @@ def test_a_delay_that_the_equations_find_is_an_instrument_error(log: FlightLog, 
     assert contradicting([delayed]) is None
 
 
+@pytest.mark.parametrize(("seed", "seconds"), [(79008, 0.37), pytest.param(79006, 0.71, marks=pytest.mark.slow)])
+def test_an_attitude_and_a_flow_angle_that_are_late_together_are_instrument_errors(seed: int, seconds: float) -> None:
+    """Told was a contradiction: the rate alone is early, by one clock, or the attitude is late."""
+    body = BODIES[seed % len(BODIES)]
+    log = late(late(flown_in_turbulence("a", body, 10 * seed, air=0.2), "theta", seconds), "alpha", seconds)
+    (contradiction,) = judged(log)
+    assert ("q", pytest.approx(-seconds, abs=0.1)) in contradiction.clocks
+    assert contradicting([log]) is None
+    agreement = check_kinematics([log])
+    assert agreement is not None
+    assert {(each.kind, each.where): each.value for each in agreement.findings} == {
+        ("sensor_delay", channel): pytest.approx(seconds, abs=0.03) for channel in ("theta", "alpha")
+    }
+
+
 def test_a_delay_that_the_equations_do_not_find_ends_check_and_loop(log: FlightLog) -> None:
     delayed = late(log, "alpha", 0.7)
     for agreement in (check_kinematics([delayed]), contradicting([delayed])):
