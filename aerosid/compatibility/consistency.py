@@ -13,7 +13,8 @@ import numpy as np
 
 from aerosid.compatibility.agreement import Agreement, KinematicConsistency
 from aerosid.compatibility.contradiction import contradictions
-from aerosid.compatibility.flight_path import GIVEN, OBSERVED
+from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED
+from aerosid.compatibility.gross_errors import CLOCKS
 from aerosid.compatibility.instrument_agreement import agreement_of
 from aerosid.compatibility.recording import STRETCHES, Recording, missing_channels, read_recording
 from aerosid.compatibility.settings import USUAL
@@ -34,8 +35,8 @@ from aerosid.logs.flight_log import FlightLog
 NO_AIRCRAFT = Constants(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """Geometry and inertia, 1 in SI units: the kinematic equations do not depend on them."""
 
-DRIVES = {"q": ("theta", "alpha"), "a_z": ("alpha",), "a_x": ("V",)}
-"""Physical: the outputs that follow from a gyro or an accelerometer by integration."""
+DRIVES = {name: [output for output, clocks in CLOCKS.items() if name in clocks] for name in DRIVING}
+"""The outputs that follow from a gyro or an accelerometer by integration."""
 
 
 def check_kinematics(logs: Sequence[FlightLog], length: float | None = None) -> KinematicConsistency | None:

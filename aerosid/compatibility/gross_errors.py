@@ -37,7 +37,7 @@ AIR = frozenset({"V", "alpha"})
 DRIVEN_BY = {"V": "a_x", "alpha": "a_z", "theta": "q"}
 """The input that mainly drives an output: a contradiction of the output may be due to this input."""
 
-_CLOCKS = {"V": ("V", "a_x"), "alpha": ("alpha", "a_z", "q"), "theta": ("theta", "q", "phi", "r"), "h": ("h",)}
+CLOCKS = {"V": ("V", "a_x"), "alpha": ("alpha", "a_z", "q"), "theta": ("theta", "q", "phi", "r"), "h": ("h",)}
 """The channels whose clock is in question where an output contradicts."""
 
 
@@ -174,7 +174,7 @@ def _discrete(windows: Recording, settings: ContradictionSettings) -> Iterator[A
 
 def _clocks(windows: Recording, settings: ContradictionSettings, suspects: Sequence[str]) -> Iterator[Alteration]:
     """Each channel whose clock is in question, moved by the time that leaves the least misfit."""
-    for channel in dict.fromkeys(name for output in suspects for name in _CLOCKS[output]):
+    for channel in dict.fromkeys(name for output in suspects for name in CLOCKS[output]):
         if channel in windows.log and float(np.nanstd(windows.channel(channel))) > 0.0:
             alteration = _best_clock(windows, settings, channel)
             if alteration is not None and abs(alteration.late) >= settings.ordinary_delay:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.regression.estimate import estimate
+from aerosid.equation_error.selection.calibration import BIAS, SCALE
 from aerosid.equation_error.selection.candidates import effect_candidates, linearised, with_hypothesis
 from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, penalised_likelihood
 from aerosid.equation_error.settings import TRIALS
 
-OTHER_KIND = {"sensor_bias": "sensor_scale", "sensor_scale": "sensor_bias"}
+OTHER_KIND = {BIAS: SCALE, SCALE: BIAS}
 """Published: the two errors of a calibration line, its zero and its slope (Klein & Morelli 2006, section 10.3)."""
 
 

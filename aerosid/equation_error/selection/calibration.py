@@ -68,9 +68,6 @@ PITOT_TUBE = Calibration(0.005, 0.1, 0.03, 0.06)
 other, shows 7 %); asked for by `benchmarks/field_detection.py`, seed 217 flight 34, whose airspeed 3 % off left
 derivatives six and fourteen standard errors off."""
 
-CALIBRATIONS = dict.fromkeys(VANE_OF.values(), VANE)
-"""Of each vane: the coefficients cannot show its scale factor."""
-
 ATTITUDE, RATE = ("phi", "theta", "psi"), ("p", "q", "r")
 
 
@@ -138,7 +135,7 @@ def uncertain_scales(
         hypothesis
         for hypothesis in hypotheses
         if hypothesis.kind == SCALE
-        and hypothesis.where in compared & set(CALIBRATIONS)
+        and hypothesis.where in compared.intersection(VANE_OF.values())
         and (SCALE, hypothesis.where) not in known
     ]
     return tuple(mapped(lambda each: _at_posterior_size(identified, each), scales, common=[base.problem]))
@@ -147,7 +144,7 @@ def uncertain_scales(
 def _at_posterior_size(identified: SelectedStructure, hypothesis: Hypothesis) -> ActiveEffect:
     """A scale factor error, frozen at the root mean square of its posterior about one, on the side of its mean."""
     found, error = kinematic_scale(identified, hypothesis)
-    return at_size(hypothesis, posterior_size(found, error, CALIBRATIONS[hypothesis.where]), found)
+    return at_size(hypothesis, posterior_size(found, error, VANE), found)
 
 
 def kinematic_scale(identified: SelectedStructure, hypothesis: Hypothesis) -> tuple[float, float]:
