@@ -295,8 +295,9 @@ def _selected(
 
 
 def _is_rejected(gain: JointGain, penalty: float, outcome: ErrorsAndStructure, search: CoefficientSearch) -> bool:
-    """Whether a time delay gains less than its penalty in both kinds of equations, or the coefficients refute it."""
-    return gain.total < penalty or search.refutes(gain.coefficients_without, outcome.structure.estimate, penalty)
+    """Whether a time delay gains less than its penalty in both kinds of equations, or coefficients refute it."""
+    without, found, proven = gain.coefficients_without, outcome.structure.estimate, gain.total - penalty
+    return proven < 0.0 or search.refutes(without, found, penalty) or search.is_outvoted(without, found, proven)
 
 
 def _coefficient_search(

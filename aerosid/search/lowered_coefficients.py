@@ -19,7 +19,7 @@ from aerosid.equation_error.decision import EquationErrorDecision
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.regression.related_problems import as_compared, fitted_alone
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
-from aerosid.equation_error.selection.cross_validation import fits_with_shifts, residuals_with_shifts
+from aerosid.equation_error.selection.cross_validation import FallSettings, fits_with_shifts, residuals_with_shifts
 from aerosid.equation_error.selection.penalties import Label, effects_of
 from aerosid.equation_error.selection.predicted_convergence import estimated_with_fewer_parts
 from aerosid.equation_error.selection.structure import point_without
@@ -28,24 +28,17 @@ from aerosid.model_error.paper_chain.coefficient_match import CoefficientRow
 
 
 @dataclass(frozen=True)
-class LoweredSettings:
-    """What counts as predicted worse.
+class LoweredSettings(FallSettings):
+    """What counts as predicted worse, and what is told of it.
 
     Attributes
     ----------
-    fall : float
-        Of R^2 in the band of the motion, 1, below which it is not told. Chosen: five times `least_rise` of the search.
-    deviations : float
-        Standard errors of the fall from which it counts against the model. Chosen: a false alarm in 40 coefficients
-        that both structures predict equally well.
     share : float
         Part of the fall, 1, that must vanish without an effect for it to be named. Chosen: half.
     apart : float
         Standard errors of the difference from which a flight has another value of that effect. Chosen: as of a finding.
     """
 
-    fall: float = 0.01
-    deviations: float = 2.0
     share: float = 0.5
     apart: float = 3.0
 

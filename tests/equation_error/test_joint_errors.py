@@ -104,3 +104,7 @@ def test_the_coefficients_refute_a_delay_that_the_vane_does_not_have_and_no_othe
     delayed = estimate(whole, with_errors_held(errors.start, (replace(delay, values=(0.3,)),)))
     assert search.refutes(on_time, delayed, penalty=12.0) is (late == 0.0)
     assert not search.refutes(delayed, delayed, penalty=12.0)
+    # The unseen flight by itself: heard against what was hardly proven, and not against any proof.
+    assert search.is_outvoted(on_time, delayed, proven=1.0) is (late == 0.0)
+    assert not search.is_outvoted(on_time, delayed, proven=1e4)
+    assert not search.is_outvoted(delayed, delayed, proven=0.0)

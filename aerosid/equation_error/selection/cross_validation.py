@@ -24,6 +24,27 @@ LAGS = 10
 
 
 @dataclass(frozen=True)
+class FallSettings:
+    """What counts as a validation coefficient that one structure predicts worse than another.
+
+    Attributes
+    ----------
+    fall : float
+        Of R^2 in the band of the motion, 1, below which it does not. Chosen: five times `least_rise` of the search.
+    deviations : float
+        Standard errors of the fall from which it counts. Chosen: a false alarm in 40 coefficients that both structures
+        predict equally well.
+    """
+
+    fall: float = 0.01
+    deviations: float = 2.0
+
+
+FALL = FallSettings()
+"""Of every comparison."""
+
+
+@dataclass(frozen=True)
 class CoefficientFit:
     """Fit of one coefficient of one record predicted from the measured motion, its constants fitted there.
 
@@ -54,6 +75,11 @@ class PredictionResidual:
         """Mean square of the prediction's standard error due to the estimated parameters."""
         return float(np.mean(np.sum((self.slopes @ self.covariance) * self.slopes, axis=1)))
 
+    @cached_property
+    def mean_square(self) -> float:
+        """Of the residual."""
+        return float(np.mean(self.residual**2))
+
     def rise_over(self, before: PredictionResidual, *, by_noise: bool = False) -> tuple[float, float]:
         """Rise of the mean square over that of another model, and its standard error.
 
@@ -67,8 +93,7 @@ class PredictionResidual:
         variance = before.noise_along(difference)
         if not by_noise:
             variance += float(by_parameters @ self.covariance @ by_parameters)
-        rise = float(np.mean(self.residual**2) - np.mean(before.residual**2))
-        return rise, 2.0 * float(np.sqrt(max(variance, 0.0))) / difference.size
+        return self.mean_square - before.mean_square, 2.0 * float(np.sqrt(max(variance, 0.0))) / difference.size
 
     def noise_along(self, direction: Array) -> float:
         """Variance d' T d of the record's noise along a direction (n,).
@@ -216,6 +241,26 @@ def predicts_worse(before: PredictionResiduals, after: PredictionResiduals, thre
         )
         lost[index] = lost.get(index, 0.0) + rise / max(power, 1e-300)
     return any(worse[index] and lost[index] > 0.0 for index in worse)
+
+
+def predictions_against(
+    before: PredictionResiduals, after: PredictionResiduals, settings: FallSettings = FALL
+) -> float:
+    """What validation coefficients have against the second of two structures, in ln L; not below zero.
+
+    A coefficient whose mean square rises by t standard errors has t^2/2 against it, as much as the likelihood of a
+    normal deviate loses; one that falls so, as much for it. Only what counts as predicted worse or better is heard, and
+    what counts for it alone is no reason to keep it.
+    """
+    against = 0.0
+    for key, each in after.items():
+        sign, better, worse = 1.0, before[key], each
+        if better.mean_square > worse.mean_square:
+            sign, better, worse = -1.0, worse, better
+        rise, error = worse.rise_over(better)  # the noise by the residual of the better one: the other's is more
+        if rise > settings.fall * float(np.mean(each.measured**2)) and rise > settings.deviations * error:
+            against += sign * 0.5 * (rise / max(error, 1e-300)) ** 2
+    return max(against, 0.0)
 
 
 def unexplained_rise(before: PredictionResiduals, after: PredictionResiduals) -> float:
