@@ -40,12 +40,12 @@ def with_either_begun(
     -----
     Near 1 g a scale factor of a_z is nearly its bias, and which of the two explains more by itself is chance. If the
     wrong one enters, a further error, such as a scale factor of h, makes up for the difference, and is then needed:
-    replaced alone neither is worse.
+    replaced alone neither is worse. What entered last is replaced by a gain to first order, which is a fraction of that
+    at the colour of what it leaves: behind instrumental variables a bias of a_x of .23 m/s^2 gained 9 in place of 88.
     """
     for each in found.chosen:
         entered = next((n for n, passed in enumerate(path) if each.hypothesis.label in passed.labels), 0)
-        # What entered last is compared with all that could replace it in any case.
-        if not 0 < entered < len(path) - 1:
+        if not entered:
             continue
         begun = _with_other_kind(path[entered - 1], each.hypothesis, found, hypotheses)
         if begun is None or not _is_higher(begun, path[entered], criterion, -TRIALS.behind):
