@@ -56,6 +56,9 @@ WARM_UP = 400
 GUST_KIND = 10
 """Place of the gust among the kinds: here every flight has one."""
 
+LATE_KINDS = {"lag": 1, "delay": 2}
+"""Places of the late elevators among the kinds."""
+
 
 @dataclass(frozen=True)
 class Recorder:
@@ -109,15 +112,22 @@ RECORDERS = (
 def main() -> None:
     """Plant, fly, record, close the loop, score."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--late", choices=LATE_KINDS, help="a late elevator alone, in calm air, in place of all else")
     arguments = with_flights(parser).parse_args()
     numbers = numbers_of(arguments)
+
+    def write(folder: Path, n: int) -> tuple[Circumstances, list[Plant], str]:
+        if arguments.late is None:
+            return written(folder, [FIRST, arguments.seed, n], n)
+        return written(folder, [FIRST, arguments.seed, n], n, late=arguments.late)
+
     counts: Counter[str] = Counter()
     by_kind: dict[str, Counter[str]] = defaultdict(Counter)
     errors: list[tuple[float, float]] = []
     seconds = []
     with tempfile.TemporaryDirectory() as scratch:
         named = Path(arguments.keep or scratch) / f"field{arguments.seed}"
-        for pair in scored(numbers, named, lambda folder, n: written(folder, [FIRST, arguments.seed, n], n), counts):
+        for pair in scored(numbers, named, write, counts):
             for plant, word in zip(pair.plants, pair.words, strict=True):
                 by_kind[" ".join(plant.label.split()[:2])][word] += 1
             errors += pair.errors
@@ -166,9 +176,16 @@ def scored(
 
 
 def written(
-    folder: Path, seed: Sequence[int], n: int, more: Callable[[Body], Sequence[Plant]] = lambda _body: ()
+    folder: Path,
+    seed: Sequence[int],
+    n: int,
+    more: Callable[[Body], Sequence[Plant]] = lambda _body: (),
+    late: str | None = None,
 ) -> tuple[Circumstances, list[Plant], str]:
-    """A case folder of a pair of flights, what was planted, and how it was flown; `more` is planted besides."""
+    """A case folder of a pair of flights, what was planted, and how it was flown.
+
+    `more` is planted besides; `late`: the elevator is, in calm air, in place of all else (`LATE_KINDS`).
+    """
     generator = np.random.default_rng(list(seed))
     recorder = RECORDERS[int(generator.integers(len(RECORDERS)))]
     at = dataclasses.replace(
@@ -180,7 +197,11 @@ def written(
     inputs = [_manoeuvres(name, time, unit, generator) for name in at.shapes]
     amplitudes, scale = sized(at, inputs, time, seed)
     number = 0 if n % 10 == 9 else 1 if n % 2 == 0 else int(generator.integers(2, 5))
+    if late is not None:
+        air, number = Plant("air"), 1
     kinds = generator.permutation([k for k in range(KINDS) if k != GUST_KIND])[:number]
+    if late is not None:
+        kinds = np.array([LATE_KINDS[late]])
     plants = [in_catalogue(int(k), scale, generator) for k in kinds]
     if sum(p.stall is not None or p.shift is not None or p.ground is not None for p in plants) > 1:
         plants = plants[:1]

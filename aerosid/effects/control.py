@@ -9,8 +9,12 @@ import numpy as np
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
 from aerosid.effects.limits import OFFERED
-from aerosid.signals.delay_and_lag import deadbanded, delayed_linear, lagged, rate_limited
+from aerosid.signals.delay_and_lag import deadbanded, delayed, delayed_linear, lagged, rate_limited
 from aerosid.signals.noise import estimate_noise, noise_at_rest
+from aerosid.signals.smooth_between_samples import refined
+
+PARTS = 4
+"""Numerical: lines of each interval by which a smooth control lags; they lose a sixteenth of what one does."""
 
 THRUST_COLUMN = "thrust_change"
 """Thrust beyond the recorded one, N."""
@@ -56,31 +60,47 @@ def _delayed_effect(
     )
 
 
-def control_lag(channel: str) -> InputEffect:
-    """The surface follows the recorded control with a first-order lag: d' = (d_recorded - d)/T."""
+def control_lag(channel: str, *, is_smooth: bool = False) -> InputEffect:
+    """The surface follows the recorded control with a first-order lag: d' = (d_recorded - d)/T.
+
+    `is_smooth`: whether the control is smooth between samples, where others are linear.
+    """
     return _delayed_effect(
         "control_lag",
         channel,
         _delay_parameter(channel, "time_constant"),
-        lambda time, values, p: lagged(time, np.ascontiguousarray(values)[:, None], p[0])[:, 0],
+        _lagged_smooth if is_smooth else _lagged_linear,
         lambda p, interval: _lag_noise(p[0], interval),
         "MIL-F-8785C equivalent systems: actuator as a first-order lag",
     )
 
 
-def control_delay(channel: str, earliest: float = 0.0, least: float = 0.0) -> InputEffect:
+def _lagged_linear(time: Signal, values: Signal, p: tuple[float, ...]) -> Signal:
+    return lagged(time, np.ascontiguousarray(values)[:, None], p[0])[:, 0]
+
+
+def _lagged_smooth(time: Signal, values: Signal, p: tuple[float, ...]) -> Signal:
+    return _lagged_linear(*refined(time, values, PARTS), p)[::PARTS]
+
+
+def control_delay(channel: str, earliest: float = 0.0, least: float = 0.0, *, is_smooth: bool = False) -> InputEffect:
     """The surface follows the recorded control after a pure time delay.
 
-    `earliest` [s]: lower limit; below zero the record itself is delayed. `least` [s]: insignificant delay.
+    `earliest` [s]: lower limit; below zero the record itself is delayed. `least` [s]: insignificant delay. `is_smooth`:
+    as of `control_lag`.
     """
     return _delayed_effect(
         "control_delay",
         channel,
         _delay_parameter(channel, "delay", earliest, least),
-        lambda time, values, p: delayed_linear(time, values, p[0]),
+        _delayed_smooth if is_smooth else lambda time, values, p: delayed_linear(time, values, p[0]),
         lambda _p, _interval: (1.0, 0.0),
         "MIL-F-8785C equivalent time delay",
     )
+
+
+def _delayed_smooth(time: Signal, values: Signal, p: tuple[float, ...]) -> Signal:
+    return delayed(time, np.ascontiguousarray(values)[:, None], p[0])[:, 0]
 
 
 def control_rate_limit(channel: str, max_rate: float, max_excursion: float, movement_length: int = 1) -> InputEffect:
@@ -143,17 +163,23 @@ def control_deadband(channel: str, max_excursion: float, noise: float = 0.0, at_
 
 
 def control_effects(
-    channel: str, time: Signal, values: Signal, earliest: float = 0.0, least: float = 0.0
+    channel: str,
+    time: Signal,
+    values: Signal,
+    earliest: float = 0.0,
+    least: float = 0.0,
+    *,
+    is_smooth: bool = False,
 ) -> tuple[InputEffect, ...]:
-    """All effects of one control, limits taken from its record; `earliest` and `least` as of `control_delay`."""
+    """All effects of one control, limits taken from its record; the rest as of `control_delay`."""
     max_rate = float(np.max(np.abs(np.diff(values) / np.diff(time))))
     max_excursion = float(np.max(np.abs(values - values[0])))
     if max_rate == 0.0 or max_excursion == 0.0:
         return ()
     white = estimate_noise(time, values)
     return (
-        control_lag(channel),
-        control_delay(channel, earliest, least),
+        control_lag(channel, is_smooth=is_smooth),
+        control_delay(channel, earliest, least, is_smooth=is_smooth),
         control_rate_limit(channel, max_rate, max_excursion, _movement_length(time, values)),
         control_deadband(channel, max_excursion, white, noise_at_rest(time, values, white)),
     )
@@ -192,7 +218,8 @@ def _offered(
         is_lateral = {"p", "r"} <= set(most_moved.axes.integrated)
         earliest = OFFERED.earliest_control if is_lateral else 0.0
         least = OFFERED.least_timing * float(np.median(np.diff(most_moved.time))) if is_lateral else 0.0
-        for effect in control_effects(channel, most_moved.time, most_moved.inputs[channel], earliest, least):
+        values, is_smooth = most_moved.inputs[channel], channel in most_moved.smooth
+        for effect in control_effects(channel, most_moved.time, values, earliest, least, is_smooth=is_smooth):
             yield Offer(effect.kind, channel, (at_null(effect),))
 
 

@@ -35,6 +35,8 @@ class FlightData:
         Of the declared aircraft.
     axes : Axes
         The case of the equations of motion.
+    smooth : tuple of str
+        The inputs that are smooth between samples; the others are linear.
     """
 
     log: str
@@ -45,6 +47,7 @@ class FlightData:
     height: Signal | None
     constants: Constants
     axes: Axes
+    smooth: tuple[str, ...] = ()
 
     @property
     def span(self) -> float:

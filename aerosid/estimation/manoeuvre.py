@@ -51,6 +51,8 @@ class Manoeuvre:
         Altitude of the ground below, m: `h` less the height above ground; 0 where that is not logged.
     axes : Axes
         The case of the equations of motion that the arrays are made for.
+    smooth : tuple of str
+        The controls whose samples are corrected for being smooth between them (`smooth_controls`).
     """
 
     log: FlightLog
@@ -61,6 +63,7 @@ class Manoeuvre:
     notes: tuple[str, ...]
     ground: float = 0.0
     axes: Axes = LONGITUDINAL
+    smooth: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

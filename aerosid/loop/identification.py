@@ -24,6 +24,12 @@ from aerosid.estimation.declared_effects import declared_effects
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.linear_or_held_controls import notes_on_held_controls, with_likelier_interpolation
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
+from aerosid.estimation.smooth_controls import (
+    bent_controls,
+    note_on_smooth_controls,
+    smoothed,
+    with_smooth_controls,
+)
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
 from aerosid.logs.channel_noise import with_declared_noise
 from aerosid.logs.flight_log import FlightLog
@@ -188,14 +194,16 @@ def identify(
     progress("checking data compatibility")
     problem = _with_input_interpolation(ready.problem, settings)
     problem, opposed = _with_instrument_errors(problem, ready.logs, settings)
-    known = (
-        problem.aircraft, ready.plain, problem.declared, problem.candidates, problem.manoeuvres, problem.others,
-    )  # fmt: skip
     if opposed is not None:
-        return Identification(*known, opposed, None, hold_out=problem.held_out)
+        return Identification(*_known(problem, ready.plain), opposed, None, hold_out=problem.held_out)
 
     chain = _started_chain(ready.plain, problem, settings)
     result = run_method(problem, settings, progress)
+    smooth: tuple[str, ...] = ()
+    if result.method == "likelihood" and settings.catalogue != "terms":
+        problem, smooth = _with_smooth_controls(problem, result)
+        if smooth:
+            result = run_method(problem, settings, progress)
     second = None
     cross_checked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
     # Its cost is a multiple of the equations', and in turbulence d(t) contains the turbulence.
@@ -204,13 +212,14 @@ def identify(
         importlib.import_module("scipy.optimize")  # each of the copies made from now on would import it for itself
         second = begun(lambda: second_opinion(problem, result, settings))
     return Identification(
-        *known,
+        *_known(problem, ready.plain),
         result.agreement,
         result.found,
         result.rivals,
         (
             *_note_on_axes(problem.aircraft, settings, result),
             *notes_on_held_controls((*problem.manoeuvres, *problem.others, *problem.held_out)),
+            *((note_on_smooth_controls(smooth),) if smooth else ()),
             *note_on_unmeasured_sideslip(problem.aircraft, result.found.completed.model, problem.manoeuvres),
             *result.notes,
             *((NO_CROSS_CHECK,) if cross_checked and result.method == "equations" else ()),
@@ -234,6 +243,27 @@ def _with_input_interpolation(problem: IdentificationProblem, settings: LoopSett
     return replace(
         problem, manoeuvres=likelier[:fitted], others=likelier[fitted:predicted], held_out=likelier[predicted:]
     )
+
+
+def _known(
+    problem: IdentificationProblem, plain: AerodynamicModel
+) -> tuple[
+    Aircraft, AerodynamicModel, AerodynamicModel, tuple[Entry, ...], tuple[Manoeuvre, ...], tuple[Manoeuvre, ...]
+]:
+    """What an identification gives of the problem that it solved."""
+    return problem.aircraft, plain, problem.declared, problem.candidates, problem.manoeuvres, problem.others
+
+
+def _with_smooth_controls(
+    problem: IdentificationProblem, result: MethodResult
+) -> tuple[IdentificationProblem, tuple[str, ...]]:
+    """The problem with controls that are smooth between samples and their names; the same and none without such."""
+    controls = bent_controls(problem.manoeuvres)
+    fitted = with_smooth_controls(problem.manoeuvres, result.found.completed, controls)
+    if fitted is None:
+        return problem, ()
+    others, held_out = (tuple(smoothed(each, controls) for each in part) for part in (problem.others, problem.held_out))
+    return replace(problem, manoeuvres=fitted, others=others, held_out=held_out), controls
 
 
 def _with_instrument_errors(

@@ -52,4 +52,5 @@ def _flight_data(manoeuvre: Manoeuvre, constants: Constants) -> FlightData:
         height=flight.measured[:, places["h"]] - manoeuvre.ground if "h" in places else None,
         constants=constants,
         axes=manoeuvre.axes,
+        smooth=manoeuvre.smooth,
     )
