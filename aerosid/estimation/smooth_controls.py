@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.effects import ActiveEffect, frozen
+from aerosid.effects.control import control_delay, control_lag
 from aerosid.errors import EstimationError
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.linear_or_held_controls import INTERPOLATION, stepped_controls
@@ -24,8 +26,8 @@ from aerosid.signals.smooth_between_samples import samples_for_lines
 
 Array = NDArray[np.float64]
 
-LATE_KINDS = frozenset({"control_delay", "control_lag"})
-"""Kinds of effects by which a control is late."""
+LATE_KINDS = {"control_delay": control_delay, "control_lag": control_lag}
+"""Effects by which a control is late, by kind."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,18 @@ def smoothed(manoeuvre: Manoeuvre, controls: Sequence[str]) -> Manoeuvre:
         if name in manoeuvre.columns:
             inputs[:, manoeuvre.columns.index(name)] = samples_for_lines(_samples(manoeuvre, name))
     return replace(manoeuvre, flight=manoeuvre.flight._replace(inputs=inputs), smooth=tuple(controls))
+
+
+def smoothly_late(effects: Sequence[ActiveEffect], controls: Sequence[str]) -> tuple[ActiveEffect, ...]:
+    """Declared effects, held at their values, those by which controls are late acting as on smooth ones."""
+    return tuple(
+        frozen(
+            ActiveEffect(LATE_KINDS[active.effect.kind](active.effect.where, is_smooth=True), active.held, active.log)
+        )
+        if active.effect.kind in LATE_KINDS and active.effect.where in controls
+        else active
+        for active in effects
+    )
 
 
 def _samples(manoeuvre: Manoeuvre, control: str) -> Array:

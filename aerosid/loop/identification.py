@@ -28,6 +28,7 @@ from aerosid.estimation.smooth_controls import (
     bent_controls,
     note_on_smooth_controls,
     smoothed,
+    smoothly_late,
     with_smooth_controls,
 )
 from aerosid.flight_model.aerodynamics import AerodynamicModel, Entry, controls_of
@@ -263,7 +264,8 @@ def _with_smooth_controls(
     if fitted is None:
         return problem, ()
     others, held_out = (tuple(smoothed(each, controls) for each in part) for part in (problem.others, problem.held_out))
-    return replace(problem, manoeuvres=fitted, others=others, held_out=held_out), controls
+    given = smoothly_late(problem.given, controls)
+    return replace(problem, given=given, manoeuvres=fitted, others=others, held_out=held_out), controls
 
 
 def _with_instrument_errors(

@@ -12,11 +12,12 @@ from problems import LIGHT, NOISE, Problem, with_channels, with_thrust
 from scipy.signal import butter, lfilter
 
 from aerosid.aircraft.declared_model import declared_model
+from aerosid.effects import ActiveEffect, InputEffect, frozen
 from aerosid.effects.control import control_delay, control_lag
 from aerosid.estimation.fit_settings import WRONG_STRUCTURE
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.maximum_likelihood import Refinement, refine
-from aerosid.estimation.smooth_controls import bent_controls, with_smooth_controls
+from aerosid.estimation.smooth_controls import bent_controls, smoothly_late, with_smooth_controls
 from aerosid.flight_model.simulation import fly, trim
 from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
@@ -116,6 +117,18 @@ def test_a_smooth_control_is_late_as_it_is_between_samples() -> None:
         assert off < bound
         assert off_linear > 8.0 * off
         assert_allclose(effect("delta_e", is_smooth=True).transform(time, read, (0.0,)), read, atol=1e-12)
+
+
+def test_declared_effects_are_late_as_smooth_ones_too() -> None:
+    time = np.arange(0.0, 20.0, 0.1)
+    read = np.sin(np.pi * time)
+    late = frozen(ActiveEffect(control_lag("delta_e"), (0.08,)))
+    (found,) = smoothly_late([late], ("delta_e",))
+    assert isinstance(found.effect, InputEffect)
+    wanted = control_lag("delta_e", is_smooth=True).transform(time, read, (0.08,))
+    assert found.held == (0.08,)
+    assert_allclose(found.effect.transform(time, read, ()), wanted)
+    assert smoothly_late([late], ("delta_a",)) == (late,)
 
 
 @pytest.mark.parametrize(("lag", "bandwidth"), [(0.05, 4.0), pytest.param(0.08, 3.0, marks=pytest.mark.slow)])
