@@ -117,8 +117,6 @@ def main() -> None:
     numbers = numbers_of(arguments)
 
     def write(folder: Path, n: int) -> tuple[Circumstances, list[Plant], str]:
-        if arguments.late is None:
-            return written(folder, [FIRST, arguments.seed, n], n)
         return written(folder, [FIRST, arguments.seed, n], n, late=arguments.late)
 
     counts: Counter[str] = Counter()
