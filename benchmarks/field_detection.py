@@ -195,11 +195,9 @@ def written(
     inputs = [_manoeuvres(name, time, unit, generator) for name in at.shapes]
     amplitudes, scale = sized(at, inputs, time, seed)
     number = 0 if n % 10 == 9 else 1 if n % 2 == 0 else int(generator.integers(2, 5))
-    if late is not None:
-        air, number = Plant("air"), 1
     kinds = generator.permutation([k for k in range(KINDS) if k != GUST_KIND])[:number]
     if late is not None:
-        kinds = np.array([LATE_KINDS[late]])
+        air, kinds = Plant("air"), np.array([LATE_KINDS[late]])
     plants = [in_catalogue(int(k), scale, generator) for k in kinds]
     if sum(p.stall is not None or p.shift is not None or p.ground is not None for p in plants) > 1:
         plants = plants[:1]

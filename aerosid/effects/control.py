@@ -9,9 +9,8 @@ import numpy as np
 from aerosid.effects.family import Family, FlightData, Kind, Offer, Planted, at_null
 from aerosid.effects.kinds import EffectParameter, InputEffect, Signal
 from aerosid.effects.limits import OFFERED
-from aerosid.signals.delay_and_lag import deadbanded, delayed, delayed_linear, lagged, rate_limited
+from aerosid.signals.delay_and_lag import deadbanded, delayed, delayed_linear, lagged, rate_limited, refined
 from aerosid.signals.noise import estimate_noise, noise_at_rest
-from aerosid.signals.smooth_between_samples import refined
 
 PARTS = 4
 """Numerical: lines of each interval by which a smooth control lags; they lose a sixteenth of what one does."""

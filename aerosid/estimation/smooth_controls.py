@@ -80,13 +80,13 @@ def _is_split(found: Refinement, controls: Sequence[str]) -> bool:
 
 def bent_controls(manoeuvres: Sequence[Manoeuvre]) -> tuple[str, ...]:
     """Surfaces that bend between samples on some manoeuvre, and move in steps or are held on none."""
-    surfaces = dict.fromkeys(name for each in manoeuvres for name in each.extra_columns if is_surface(name))
     stepped = {name for each in manoeuvres for name in (*stepped_controls(each), *_held(each))}
     return tuple(
         name
-        for name in surfaces
-        if name not in stepped
-        and any(_bend(_samples(each, name)) > SMOOTH.bend for each in manoeuvres if name in each.columns)
+        for name in manoeuvres[0].extra_columns
+        if is_surface(name)
+        and name not in stepped
+        and any(_bend(_samples(each, name)) > SMOOTH.bend for each in manoeuvres)
     )
 
 
@@ -94,8 +94,7 @@ def smoothed(manoeuvre: Manoeuvre, controls: Sequence[str]) -> Manoeuvre:
     """The manoeuvre with samples of controls between which lines contain what the smooth control does."""
     inputs = manoeuvre.flight.inputs.copy()
     for name in controls:
-        if name in manoeuvre.columns:
-            inputs[:, manoeuvre.columns.index(name)] = samples_for_lines(_samples(manoeuvre, name))
+        inputs[:, manoeuvre.columns.index(name)] = samples_for_lines(_samples(manoeuvre, name))
     return replace(manoeuvre, flight=manoeuvre.flight._replace(inputs=inputs), smooth=tuple(controls))
 
 
@@ -125,9 +124,12 @@ def _bend(values: Array) -> float:
     return float(np.std(np.diff(values, 2))) / (8.0 * size) if size > 0.0 else 0.0
 
 
-def note_on_smooth_controls(names: Sequence[str]) -> str:
-    """A remark on controls that are smooth between samples."""
-    return (
-        f"{listed(names)}: smooth between samples, as behind the filter of a recorder, which is likelier than linear. "
-        "The samples that the simulation takes are corrected for it."
+def notes_on_smooth_controls(manoeuvre: Manoeuvre) -> tuple[str, ...]:
+    """A remark on the controls of a manoeuvre that are smooth between samples; all flights of a loop have the same."""
+    if not manoeuvre.smooth:
+        return ()
+    note = (
+        f"{listed(manoeuvre.smooth)}: smooth between samples, as behind the filter of a recorder, which is likelier "
+        "than linear. The samples that the simulation takes are corrected for it."
     )
+    return (note,)

@@ -26,7 +26,7 @@ from aerosid.estimation.linear_or_held_controls import notes_on_held_controls, w
 from aerosid.estimation.manoeuvre import Manoeuvre, prepare
 from aerosid.estimation.smooth_controls import (
     bent_controls,
-    note_on_smooth_controls,
+    notes_on_smooth_controls,
     smoothed,
     smoothly_late,
     with_smooth_controls,
@@ -200,11 +200,10 @@ def identify(
 
     chain = _started_chain(ready.plain, problem, settings)
     result = run_method(problem, settings, progress)
-    smooth: tuple[str, ...] = ()
     if result.method == "likelihood" and settings.catalogue != "terms":
-        problem, smooth = _with_smooth_controls(problem, result)
-        if smooth:
-            result = run_method(problem, settings, progress)
+        smooth = _with_smooth_controls(problem, result)
+        if smooth is not problem:
+            problem, result = smooth, run_method(smooth, settings, progress)
     second = None
     cross_checked = settings.second_opinion and settings.method == METHODS[0] and settings.catalogue == "all"
     # Its cost is a multiple of the equations', and in turbulence d(t) contains the turbulence.
@@ -220,7 +219,7 @@ def identify(
         (
             *_note_on_axes(problem.aircraft, settings, result),
             *notes_on_held_controls((*problem.manoeuvres, *problem.others, *problem.held_out)),
-            *((note_on_smooth_controls(smooth),) if smooth else ()),
+            *notes_on_smooth_controls(problem.manoeuvres[0]),
             *note_on_unmeasured_sideslip(problem.aircraft, result.found.completed.model, problem.manoeuvres),
             *result.notes,
             *((NO_CROSS_CHECK,) if cross_checked and result.method == "equations" else ()),
@@ -255,17 +254,15 @@ def _known(
     return problem.aircraft, plain, problem.declared, problem.candidates, problem.manoeuvres, problem.others
 
 
-def _with_smooth_controls(
-    problem: IdentificationProblem, result: MethodResult
-) -> tuple[IdentificationProblem, tuple[str, ...]]:
-    """The problem with controls that are smooth between samples and their names; the same and none without such."""
+def _with_smooth_controls(problem: IdentificationProblem, result: MethodResult) -> IdentificationProblem:
+    """The problem with controls that are smooth between samples where that is likelier, or the same."""
     controls = bent_controls(problem.manoeuvres)
     fitted = with_smooth_controls(problem.manoeuvres, result.found.completed, controls)
     if fitted is None:
-        return problem, ()
+        return problem
     others, held_out = (tuple(smoothed(each, controls) for each in part) for part in (problem.others, problem.held_out))
     given = smoothly_late(problem.given, controls)
-    return replace(problem, given=given, manoeuvres=fitted, others=others, held_out=held_out), controls
+    return replace(problem, given=given, manoeuvres=fitted, others=others, held_out=held_out)
 
 
 def _with_instrument_errors(

@@ -51,9 +51,8 @@ class CoefficientPredictions:
         for (index, coefficient), each in self._residuals(one).items():
             if recordings[index].fitted:
                 continue
-            rise, error = each.rise_over(others[index, coefficient], by_noise=True)
-            fall = rise / max(float(np.mean(each.measured**2)), 1e-300)
-            if rise > LOWERED.deviations * error and fall > LOWERED.fall:
+            fall, error = each.fall_over(others[index, coefficient], by_noise=True)
+            if LOWERED.count(fall, error):
                 fallen[recordings[index].name, coefficient] = fall
         return fallen
 

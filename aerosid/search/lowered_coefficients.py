@@ -159,8 +159,7 @@ def _std_errors(decision: EquationErrorDecision) -> dict[tuple[str, str], float]
         residuals_with_shifts(compared, decision.level_shifts, found) for found in (decision.before, decision.completed)
     )
     return {
-        (compared.recordings[index].name, coefficient): each.rise_over(before[index, coefficient])[1]
-        / max(float(np.mean(each.measured**2)), 1e-300)
+        (compared.recordings[index].name, coefficient): each.fall_over(before[index, coefficient])[1]
         for (index, coefficient), each in after.items()
     }
 

@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.interpolate import lagrange
 
-from aerosid.signals.smooth_between_samples import refined, samples_for_lines
+from aerosid.signals.delay_and_lag import refined
+from aerosid.signals.smooth_between_samples import samples_for_lines
 
 Array = NDArray[np.float64]
 

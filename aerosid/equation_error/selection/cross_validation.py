@@ -39,6 +39,10 @@ class FallSettings:
     fall: float = 0.01
     deviations: float = 2.0
 
+    def count(self, fall: float, std_error: float) -> bool:
+        """Whether a fall of R^2 with its standard error counts."""
+        return fall > self.fall and fall > self.deviations * std_error
+
 
 FALL = FallSettings()
 """Of every comparison."""
@@ -94,6 +98,12 @@ class PredictionResidual:
         if not by_noise:
             variance += float(by_parameters @ self.covariance @ by_parameters)
         return self.mean_square - before.mean_square, 2.0 * float(np.sqrt(max(variance, 0.0))) / difference.size
+
+    def fall_over(self, before: PredictionResidual, *, by_noise: bool = False) -> tuple[float, float]:
+        """Fall of R^2 from that of another model, and its standard error, as of `rise_over`."""
+        power = max(float(np.mean(self.measured**2)), 1e-300)
+        rise, error = self.rise_over(before, by_noise=by_noise)
+        return rise / power, error / power
 
     def noise_along(self, direction: Array) -> float:
         """Variance d' T d of the record's noise along a direction (n,).
@@ -257,9 +267,9 @@ def predictions_against(
         sign, better, worse = 1.0, before[key], each
         if better.mean_square > worse.mean_square:
             sign, better, worse = -1.0, worse, better
-        rise, error = worse.rise_over(better)  # the noise by the residual of the better one: the other's is more
-        if rise > settings.fall * float(np.mean(each.measured**2)) and rise > settings.deviations * error:
-            against += sign * 0.5 * (rise / max(error, 1e-300)) ** 2
+        fall, error = worse.fall_over(better)  # the noise by the residual of the better one: the other's is more
+        if settings.count(fall, error):
+            against += sign * 0.5 * (fall / max(error, 1e-300)) ** 2
     return max(against, 0.0)
 
 
