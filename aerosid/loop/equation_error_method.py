@@ -19,6 +19,7 @@ from aerosid.loop.equation_error_notes import (
     note_on_regressor_errors,
     note_on_residuals,
     note_on_supported_error,
+    note_on_unsized_turbulence,
     note_on_vane,
     notes_on_bridged_holes,
     notes_on_calibration,
@@ -79,12 +80,14 @@ def identified_by_equations(
     calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
     dependence = _dependence(decision) if hidden or suspected else None
     still = hidden and not (decision.turbulence or suspected)
+    unsized = [each for each in decision.turbulence if not each.has_known_size(settings.equation_error.deviations)]
 
     def finished(found: Attribution) -> Attribution:
         found = with_turbulence_innovations(found, search)
         found = with_equivalent_causes(found, problem.aircraft, problem.manoeuvres)
         found = with_declared_inertia(found, problem.aircraft, settings.attribution.inertia)
-        return replace(found, noise_hidden=hidden, dependence=dependence, still_air=still)
+        sized = tuple(each for each in found.findings if each.kind not in {air.kind for air in unsized})
+        return replace(found, findings=sized, noise_hidden=hidden, dependence=dependence, still_air=still)
 
     chosen = output_error_in_calm_air(found, decision, search, noise_hidden=hidden) if calm else found
     if suspected and differ(chosen, found, settings.equation_error.deviations):
@@ -92,7 +95,7 @@ def identified_by_equations(
     result = finished(chosen)
     if calm and hidden and problem.others:
         result = replace(result, by_regression=finished(found))
-    notes = _notes(decision, problem)
+    notes = (*_notes(decision, problem), *map(note_on_unsized_turbulence, unsized))
     if hidden or dependence is not None:
         notes = (*notes, note_on_residuals(result))
     return EquationErrorResult(result, search, notes, decision)

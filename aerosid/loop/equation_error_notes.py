@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aerosid.effects import ActiveEffect
+from aerosid.effects import KINDS, ActiveEffect
 from aerosid.equation_error.equations.bridged_holes import channel_holes, has_path
 from aerosid.equation_error.equations.channels import AIRSPEED
 from aerosid.equation_error.regression.estimate import Estimate
@@ -19,6 +19,7 @@ from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
 from aerosid.equation_error.selection.time_delays import DelayDiscrepancy
+from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
@@ -152,6 +153,15 @@ def _note_on_calibration(where: str, size: float) -> str:
         f"The standard errors of {contained}, known to {number(100.0 * size, 2)} % by {by} and the usual "
         "accuracy of a calibration together. If it is calibrated better than that, declare so in the aircraft file: "
         f'kind = "sensor_scale", where = "{where}", value = 1.0 in [[effects]].'
+    )
+
+
+def note_on_unsized_turbulence(seen: Turbulence) -> str:
+    """Note on turbulence of too few independent gusts to be named with a size."""
+    size = with_deviation(seen.sigma, seen.sigma_error)
+    return (
+        f"Vane and accelerometer agree on {KINDS[seen.kind].short_name} of {size} m/s (standard deviation) over "
+        f"{number(seen.length, 2)} m: the flights hold too few independent gusts to tell its size, and it is not named."
     )
 
 

@@ -10,10 +10,16 @@ from aerosid.effects.sensor_position import sensor_position
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.structure import SelectedEffect
 from aerosid.equation_error.selection.time_delays import DelayDiscrepancy
+from aerosid.equation_error.selection.turbulence import Turbulence
 from aerosid.equation_error.selection.vane_position import IdentifiedVane
 from aerosid.equation_error.selection.wald_tests import EffectEstimate
 from aerosid.loop.closed_loop import close_loop
-from aerosid.loop.equation_error_notes import note_on_delay, note_on_supported_error, note_on_vane
+from aerosid.loop.equation_error_notes import (
+    note_on_delay,
+    note_on_supported_error,
+    note_on_unsized_turbulence,
+    note_on_vane,
+)
 from aerosid.loop.result import ClosedLoop
 from aerosid.loop.settings import LoopSettings
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -63,6 +69,14 @@ def test_two_witnesses_of_a_late_vane_are_told_with_their_numbers() -> None:
     said = note_on_delay(DelayDiscrepancy("alpha", late, 0.0223, slow, 0.0099))
     assert "kinematics alone give a delay of 0.215 ± 0.022 s" in said
     assert "together with forces and moments a lag of 0.1379 ± 0.0099 s, which the completed model uses." in said
+
+
+def test_turbulence_of_two_independent_gusts_is_told_and_has_no_size_to_be_named_with() -> None:
+    """On a pull-up of the Citation .43 +- .21 m/s, the correlation of the wind as long as half the record."""
+    seen = Turbulence("gust", 0.428, 0.214, 4171.0, 0.8, 0.1)
+    assert not seen.has_known_size(3.0)
+    assert Turbulence("gust", 0.428, 0.142, 300.0, 0.8, 0.1).has_known_size(3.0)
+    assert "vertical turbulence of 0.43 ± 0.21 m/s (standard deviation) over 4200 m" in note_on_unsized_turbulence(seen)
 
 
 def test_a_fault_that_two_witnesses_name_together_is_told_with_what_each_shows() -> None:

@@ -220,6 +220,43 @@ def test_what_the_instruments_doubt_makes_room_for_what_it_stood_for() -> None:
     assert unseen["C_Z"].r2_after > 0.98
 
 
+CITATION_MANOEUVRES = {
+    "approach to the stall": (1932.0, 2005.0),
+    "pull-up": (2916.0, 2990.0),
+    "phugoid pulse": (3225.0, 3265.0),
+    "parabola": (4172.0, 4208.0),
+}
+"""s of the whole flight."""
+
+
+def manoeuvres_of_the_citation(fitted: str, unseen: str) -> ClosedLoop:
+    whole = read("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml")
+    one, other = (whole.between(*CITATION_MANOEUVRES[name]) for name in (fitted, unseen))
+    return close_loop([one], load_aircraft("citation"), [other])
+
+
+def test_a_drag_polar_is_no_separation_at_an_angle_that_was_not_flown() -> None:
+    """Separation ended at its limit, .36 rad, without a standard error; C_X of the pull-up fell from .93 to .86."""
+    result = manoeuvres_of_the_citation("parabola", "pull-up")
+    assert not any(effect.kind == "flow_separation" for effect in result.effects)
+    assert any(effect.where == "C_X" and "alpha^" in effect.term for effect in result.effects)
+    (axial,) = (row for row in result.coefficients if row.coefficient == "C_X" and row.log == result.validation[0].name)
+    assert axial.r2_after > 0.97 > axial.r2_before
+
+
+@pytest.mark.parametrize(
+    ("fitted", "unseen"), [("pull-up", "phugoid pulse"), ("approach to the stall", "pull-up"), ("parabola", "pull-up")]
+)
+def test_every_name_of_a_manoeuvre_is_three_of_its_deviations_from_none(fitted: str, unseen: str) -> None:
+    """Turbulence of .43 +- .21 m/s, and a step of C_Z of -.089 +- .032 by its instant's deviations."""
+    result = manoeuvres_of_the_citation(fitted, unseen)
+    assert result.effects
+    for effect in result.effects:
+        none = 1.0 if effect.kind == "sensor_scale" else 0.0
+        assert effect.std_error > 0.0
+        assert abs(effect.value - none) >= 3.0 * effect.std_error
+
+
 def test_terms_that_fit_whitened_residuals_and_not_their_coefficient_are_not_named() -> None:
     """Three terms of q_hat in C_X, whose drift is that of an unrecorded thrust: R^2 of the fitted stretch was -3.4."""
     whole = read("citation/phlab_ref_20180312_full_10Hz.csv.gz", "citation.toml")

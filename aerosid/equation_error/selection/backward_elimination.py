@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from aerosid.compiled.cores import mapped
 from aerosid.effects.aerodynamic_terms import is_symmetric
+from aerosid.effects.flow_separation import is_breakdown
 from aerosid.effects.refutation import Refutation
 from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.regression.design import uses_no_instruments
@@ -32,7 +33,7 @@ from aerosid.equation_error.selection.level_shifts import (
     further_level_shifts,
     shift_columns,
 )
-from aerosid.equation_error.selection.penalties import Label
+from aerosid.equation_error.selection.penalties import Label, effects_of
 from aerosid.equation_error.selection.replication import is_needed, replicated_effects
 from aerosid.equation_error.selection.starting_values import MAINLY
 from aerosid.equation_error.selection.structure import (
@@ -59,8 +60,10 @@ def eliminate_insignificant(
         fitted = on_identification_records(search, selected)
         replicated = functools.partial(replicated_effects, selected=selected, fitted=fitted)
         judged = _judged_by_coefficients(search, selected)
-        removed = least_significant(fitted.estimate, judged, replicated) or _insignificant_by_blocks(
-            search, selected, fitted
+        removed = (
+            _outside_the_flown_range(selected)
+            or least_significant(fitted.estimate, judged, replicated)
+            or _insignificant_by_blocks(search, selected, fitted)
         )
         if removed is None:
             removed, grounds = _refuted(search, selected, fitted), Refutation.PREDICTION
@@ -70,6 +73,24 @@ def eliminate_insignificant(
                 return selected, refuted
             refuted.setdefault(removed.hypothesis.label, grounds)
         selected = structure_without(selected, removed)
+
+
+def _outside_the_flown_range(selected: SelectedStructure) -> SelectedEffect | None:
+    """Flow separation that other effects, found later, have moved to a limit of its parameters.
+
+    On a parabola of the Citation, alpha up to .16 rad, it ended at its upper limit of .36 rad, where it has no standard
+    error, with a curve so flat that it stood for the drag polar.
+    """
+    point = selected.estimate.point
+    return next(
+        (
+            each
+            for each in selected.chosen
+            if each.hypothesis.kind == "flow_separation"
+            and not all(map(is_breakdown, effects_of(point, each.hypothesis)))
+        ),
+        None,
+    )
 
 
 def _judged_by_coefficients(search: CoefficientSearch, selected: SelectedStructure) -> Sequence[SelectedEffect]:

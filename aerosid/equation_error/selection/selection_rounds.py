@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from aerosid.effects.refutation import Refutation
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.selection.backward_elimination import (
     eliminate_insignificant,
     improves_prediction,
@@ -37,7 +39,7 @@ def select_structure(
         visited.add(frozenset(found.labels))
         retained, refuted_now = eliminate_insignificant(search, found)
         removed = found.labels_not_in(retained)
-        refuted, eliminated = refuted | refuted_now, (*eliminated, *removed)
+        refuted, eliminated = refuted | refuted_now, (*eliminated, *_barred(found, removed, refuted_now))
         # A structure with an effect that was refuted in this round is not comparable.
         is_comparable = best is not None and not set(best.labels) & refuted_now.keys()
         best = max(best, retained, key=search.penalised_likelihood) if best is not None and is_comparable else retained
@@ -52,6 +54,12 @@ def select_structure(
             break
     assert best is not None
     return best, refuted
+
+
+def _barred(found: SelectedStructure, removed: Collection[Label], refuted: Collection[Label]) -> list[Label]:
+    """The removed labels that may not re-enter: a step change may, at another instant, unless prediction refuted it."""
+    steps = {each.hypothesis.label for each in found.chosen if any(map(is_step_change, each.hypothesis.effects))}
+    return [label for label in removed if label not in steps or label in refuted]
 
 
 def add_terms_at_raised_odds(

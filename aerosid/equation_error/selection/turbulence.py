@@ -45,6 +45,10 @@ class Turbulence:
     response: float
     response_error: float
 
+    def has_known_size(self, deviations: float) -> bool:
+        """Whether sigma is so many standard errors from zero; a record with few independent gusts does not tell it."""
+        return self.sigma >= deviations * self.sigma_error
+
 
 def turbulence_of(kinematic: Estimate, found: Estimate) -> tuple[Turbulence, ...]:
     """The turbulence along each axis on which a vane's kinematic equation and its force agree.

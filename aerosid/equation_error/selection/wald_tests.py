@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.effects.step_input import is_step_change
 from aerosid.equation_error.equations.points import Unknown
 from aerosid.equation_error.regression.estimate import Estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
@@ -62,11 +63,12 @@ class EffectEstimate:
     def ratio(self) -> float:
         """Distance from the null value in standard errors; of several parameters the most significant one counts.
 
-        Zero for a parameter that the fitted records do not determine, whose variance is left at zero.
+        Of a step change its size alone: the instant has no null value. Zero for a parameter that the fitted records do
+        not determine, whose variance is left at zero.
         """
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
-        if self.active is None or len(self.active.values) == 1:
+        if self.active is None or len(self.active.values) == 1 or is_step_change(self.active):
             return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else 0.0
         ratios = [
             abs(value - parameter.null) / error
