@@ -22,7 +22,9 @@ _Other = TypeVar("_Other")
 
 _allowed: ContextVar[int] = ContextVar("cores that may be used", default=1)
 
-_lent: ContextVar[tuple[Connection, ...]] = ContextVar("where results come from whose copies have a core", default=())
+_lent: ContextVar[tuple[Connection, ...]] = ContextVar(
+    "where it is told that another process's core is free", default=()
+)
 
 TICKET = 2
 """Numerical: bytes of the number of an item on its way through a pipe, which takes as many at once or none."""
@@ -104,7 +106,7 @@ def available() -> int:
 
 
 def allowed() -> int:
-    """The cores that `mapped` may use here, those among them that copies have left since they were done."""
+    """The cores that `mapped` may use here, those among them of copies that are done and of a process that waits."""
     return _allowed.get() + sum(results.poll() for results in _lent.get())
 
 
@@ -179,11 +181,18 @@ def mapped(
     names : sequence
         What tells the items from others where they depend on what is cached: replicas that have cached something else
         do not work together.
+
+    Notes
+    -----
+    A core that becomes free while the items are done here takes part in those that are left.
     """
     cores = allowed()
     count = min(cores, len(items))
     if count < 2 or len(items) > MOST or sys.platform != "linux":
-        return _up_to(until, map(task, items))
+        lent = _lent.get() if len(items) <= MOST else ()
+        done = _up_to(lambda result: until(result) or any(place.poll() for place in lent), map(task, items))
+        left = items[len(done) :] if done and not until(done[-1]) else ()
+        return [*done, *mapped(task, left, worth, common=common, until=until)] if left else done
     replicas = _replicas.get()
     if replicas is not None and not replicas.is_alone:
         done = replicas.done(Work(task, items, until, common, names))
@@ -233,6 +242,8 @@ class Begun(Generic[_Result]):
         Of this process, at work on the task.
     common : sequence of object
         As of `begun`.
+    lent : Connection, optional
+        Tells the copy that it may use this process's core.
     """
 
     def __init__(
@@ -240,12 +251,18 @@ class Begun(Generic[_Result]):
         task: Callable[[], _Result],
         copy: tuple[int, Connection] | None = None,
         common: Sequence[object] = (),
+        lent: Connection | None = None,
     ) -> None:
-        self._task, self._copy, self._common = task, copy, common
+        self._task, self._copy, self._common, self._lent = task, copy, common, lent
 
     def __call__(self) -> _Result:
-        """The result."""
-        done = {} if self._copy is None or self._copy[1].closed else received(*self._copy, self._common)
+        """The result; the copy has this process's core while it is waited for."""
+        if self._copy is None or self._copy[1].closed:
+            return self._task()
+        if self._lent is not None:
+            with self._lent, contextlib.suppress(OSError):  # a copy that is done has closed its end
+                self._lent.send_bytes(b"free")
+        done = received(*self._copy, self._common)
         return done[0] if 0 in done else self._task()
 
     def abandon(self) -> None:
@@ -273,12 +290,16 @@ def begun(task: Callable[[], _Result], common: Sequence[object] = (), *, yieldin
     if _allowed.get() < 2 or sys.platform != "linux":
         return Begun(task)
 
+    told, lent = Pipe(duplex=False)
+
     def work() -> dict[int, _Result]:
         if yielding:
             os.nice(YIELDS)
-        return {0: task()}
+        with _sharing(1, (told,)):
+            return {0: task()}
 
-    return Begun(task, copied(work, common), common)
+    with told:
+        return Begun(task, copied(work, common), common, lent)
 
 
 def _up_to(until: Callable[[_Result], bool], results: Iterable[_Result]) -> list[_Result]:

@@ -90,6 +90,28 @@ def test_the_core_of_a_copy_that_is_done_is_used_inside() -> None:
     assert len(inside) == 2
 
 
+def test_a_task_has_the_core_of_the_process_that_waits_for_it() -> None:
+    """For what is left of the items that were begun while that process was still busy."""
+    gate = os.pipe()
+
+    def worker(item: int) -> int:
+        if item == 0:
+            os.write(gate[1], b".")
+            while allowed() < 2:
+                time.sleep(0.001)
+        time.sleep(0.02)
+        return os.getpid()
+
+    with on_cores(2):
+        waited_for = begun(lambda: (os.getpid(), mapped(worker, range(6))))
+        os.read(gate[0], 1)
+        copy, (first, *others) = waited_for()
+    for end in gate:
+        os.close(end)
+    assert first == copy
+    assert len(set(others)) == 2
+
+
 def test_no_item_is_begun_behind_one_that_ends_it() -> None:
     begun_at = NumberSeenByCopies(0)
 

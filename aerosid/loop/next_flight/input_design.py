@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerosid.compiled.cores import mapped
 from aerosid.errors import EstimationError
 from aerosid.estimation.effects_in_flight import OutOfRangeError
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -272,7 +273,6 @@ class InputSearch:
 
     def trial(self, *moves: Move) -> Trial | None:
         """Information expected from an input; None where a model leaves its range, or the information overflows."""
-        self.tried += 1
         planned = self.planned(moves, self.time)
         shares: list[float] = []
         try:
@@ -318,9 +318,18 @@ class InputSearch:
         if len(self.steady.controls) > 1:
             # Of several surfaces every second pattern: both ways round a symmetric aircraft answers alike.
             shapes = tuple(shape for shape in shapes if not isinstance(shape, Steps) or shape.levels[0] > 0.0)
-        pairs = [(shape, self.largest(surface, shape)) for shape in shapes]
-        trials = [self.trial(Move(surface, shape, amplitude)) for shape, amplitude in pairs if amplitude > 0.0]
-        return sorted((one for one in trials if one is not None), key=lambda one: -one.worth)
+        return sorted(self.strongest(surface, shapes), key=lambda one: -one.worth)
+
+    def strongest(self, surface: str, shapes: Sequence[InputShape]) -> list[Trial]:
+        """Each shape of a surface at its greatest amplitude, in order, those without any left out."""
+
+        def tried(shape: InputShape) -> list[Trial | None]:
+            amplitude = self.largest(surface, shape)
+            return [self.trial(Move(surface, shape, amplitude))] if amplitude > 0.0 else []
+
+        trials = list(itertools.chain(*mapped(tried, shapes)))
+        self.tried += len(trials)
+        return [one for one in trials if one is not None]
 
     def one_after_the_other(
         self, grids: Sequence[Sequence[Trial]], alone: Sequence[Trial]
@@ -334,6 +343,7 @@ class InputSearch:
         for parts in itertools.product(*(head for head in heads if head)):
             moves = self.within(tuple(move for part in parts for move in part.moves))
             joined = self.trial(*moves) if len(moves) > 1 else None
+            self.tried += len(moves) > 1
             if joined is None:
                 continue
             shares = np.maximum(shares, joined.shares)
@@ -355,12 +365,8 @@ class InputSearch:
         best, stretch, change = start, 1.4, 0.3
         surface = start.moves[0].surface
         for _ in range(self.settings.rounds):
-            moved = []
-            for shape in neighbours(best.moves[0].shape, stretch, change, longest):
-                amplitude = self.largest(surface, shape)
-                if amplitude > 0.0:
-                    moved.append(self.trial(Move(surface, shape, amplitude)))
-            better = max((one for one in moved if one is not None), key=lambda one: one.worth, default=best)
+            moved = self.strongest(surface, tuple(neighbours(best.moves[0].shape, stretch, change, longest)))
+            better = max(moved, key=lambda one: one.worth, default=best)
             if better.worth > best.worth:
                 best = better
             else:
