@@ -183,14 +183,16 @@ def _left_by_instrument_errors(
     Those of the suspects or of their driving inputs; the misfits are the least of the suspects, or the first that leave
     nothing. `misfits`: without these errors.
     """
-    best = misfits
-    for found in fits_with_instrument_errors(windows, settings, suspects, settings.latest):
-        left = contradicting_outputs(windows, settings, found), suspect_outputs(windows, settings, found)
-        if not any(left):
-            return left
-        if max(found[name][0] for name in suspects) < max(best[name][0] for name in suspects):
-            best = found
-    return contradicting_outputs(windows, settings, best), suspect_outputs(windows, settings, best)
+
+    def left_by(found: Misfits) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        return contradicting_outputs(windows, settings, found), suspect_outputs(windows, settings, found)
+
+    fits = fits_with_instrument_errors(
+        windows, settings, suspects, settings.latest, until=lambda found: not any(left_by(found))
+    )
+    if not any(left := left_by(fits[-1])):
+        return left
+    return left_by(min((misfits, *fits), key=lambda found: max(found[name][0] for name in suspects)))
 
 
 def _diagnosed(

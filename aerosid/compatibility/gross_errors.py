@@ -8,7 +8,7 @@ instrument errors and than every other hypothesis.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +28,8 @@ from aerosid.compatibility.misfits import Misfits, contradicting_outputs, limite
 from aerosid.compatibility.recording import Recording
 from aerosid.compatibility.settings import ContradictionSettings
 from aerosid.compatibility.window_fit import FIRST_ROUND, GRID
+from aerosid.compiled.cores import mapped
+from aerosid.effects import OutputEffect
 from aerosid.effects.sensor import sensor_delay, sensor_lag, sensor_scale
 from aerosid.notation import listed
 
@@ -63,7 +65,7 @@ def gross_error(
     rival : Recording, optional
         Altered by another remedy, than which a gross error must do clearly better; clocks are not tried then.
     """
-    fits = [*fits_with_instrument_errors(windows, settings, suspects, settings.ordinary_delay)]
+    fits = fits_with_instrument_errors(windows, settings, suspects, settings.ordinary_delay)
     totals = [_total(windows, found) for found in fits]
     if rival is not None:
         totals.append(_total(rival, misfits_of(rival, settings)))
@@ -73,11 +75,9 @@ def gross_error(
     if most < 0.0:
         return None
     clocks = _clocks(windows, settings, suspects) if rival is None else ()
-    tried = [
-        (score, alteration)
-        for alteration in (*_discrete(windows, settings), *clocks)
-        if (score := _score(windows, settings, alteration, as_recorded)) is not None
-    ]
+    alterations = [*_discrete(windows, settings), *clocks]
+    scores = mapped(lambda alteration: _score(windows, settings, alteration, as_recorded), alterations)
+    tried = [(score, each) for score, each in zip(scores, alterations, strict=True) if score is not None]
     least = min((score for score, _ in tried), default=np.inf)
     beside = settings.clearly_less(least)
     if least > most or least + beside > min(totals):
@@ -133,27 +133,32 @@ def _score(
 
 
 def fits_with_instrument_errors(
-    windows: Recording, settings: ContradictionSettings, suspects: Sequence[str], latest: float
-) -> Iterator[Misfits]:
+    windows: Recording,
+    settings: ContradictionSettings,
+    suspects: Sequence[str],
+    latest: float,
+    until: Callable[[Misfits], bool] = lambda _misfits: False,
+) -> list[Misfits]:
     """Misfits with time delay, lag and scale factor error free, of the suspects or of their driving inputs.
 
-    `latest`: largest delay and lag, s.
+    `latest`: largest delay and lag, s; `until`: whether misfits end it.
     """
     driving = [DRIVEN_BY[name] for name in suspects if name in DRIVEN_BY]
     starts = ((sensor_delay, 0.1), (sensor_delay, 0.4), (sensor_lag, 0.2))
-    for (made, start), channels in itertools.product(starts, (suspects, driving)):
-        yield misfits_of(
-            windows,
-            settings,
-            [
-                active
-                for name in channels
-                for active in (
-                    limited(made(name), latest, min(start, latest)),
-                    limited(sensor_scale(name), settings.largest_scale),
-                )
-            ],
-        )
+
+    def fitted(tried: tuple[tuple[Callable[[str], OutputEffect], float], Sequence[str]]) -> Misfits:
+        (made, start), channels = tried
+        free = [
+            active
+            for name in channels
+            for active in (
+                limited(made(name), latest, min(start, latest)),
+                limited(sensor_scale(name), settings.largest_scale),
+            )
+        ]
+        return misfits_of(windows, settings, free)
+
+    return mapped(fitted, [*itertools.product(starts, (suspects, driving))], until=until)
 
 
 def _total(recording: Recording, misfits: Misfits) -> float:
@@ -186,31 +191,34 @@ def _best_clock(windows: Recording, settings: ContradictionSettings, channel: st
 
     None where too little would be left to compare with any time of the grid.
     """
-    found: dict[float, tuple[float, Alteration]] = {}
 
     def total(late: float) -> float:
-        if late not in found:
-            moved = moved_in_time(windows, channel, late)
-            changed = moved.recording
-            enough = still_compared(windows, changed) > settings.least_compared
-            misfits = misfits_of(changed, settings, fit=GRID) if enough else None
-            found[late] = (np.inf if misfits is None else _total(changed, misfits), moved)
-        return found[late][0]
+        changed = moved_in_time(windows, channel, late).recording
+        enough = still_compared(windows, changed) > settings.least_compared
+        return _total(changed, misfits_of(changed, settings, fit=GRID)) if enough else np.inf
 
     count = round(settings.longest_shift / settings.shift_step)
     grid = [settings.shift_step * n for n in range(-count, count + 1)]
-    sides = itertools.pairwise([np.inf, *map(total, grid), np.inf])
-    falls = [before >= after for before, after in sides]
-    lows = [late for late, fell, falls_on in zip(grid, falls, falls[1:], strict=False) if fell and not falls_on]
-    refined = []
-    for late in sorted(lows, key=total)[: settings.shifts_refined]:
-        best, step = late, settings.shift_step
+    on_grid = mapped(total, grid)
+    falls = [before >= after for before, after in itertools.pairwise([np.inf, *on_grid, np.inf])]
+    lows = [
+        (misfit, late)
+        for misfit, late, fell, falls_on in zip(on_grid, grid, falls, falls[1:], strict=False)
+        if fell and not falls_on
+    ]
+
+    def refined(low: tuple[float, float]) -> tuple[float, float]:
+        misfit, best = low
+        found, step = {best: misfit}, settings.shift_step
         while step > settings.shift_resolution:
             step *= 0.5
-            best = min((best - step, best, best + step), key=total)
-        refined.append(best)
-    best = min(refined, key=total, default=0.0)
-    return found[best][1] if np.isfinite(total(best)) else None
+            found |= {late: total(late) for late in (best - step, best + step) if late not in found}
+            best = min((best - step, best, best + step), key=lambda late: found[late])
+        return found[best], best
+
+    chosen = sorted(lows, key=lambda low: low[0])[: settings.shifts_refined]
+    misfit, best = min(mapped(refined, chosen), key=lambda low: low[0], default=(np.inf, 0.0))
+    return moved_in_time(windows, channel, best) if np.isfinite(misfit) else None
 
 
 def _told(alike: Sequence[Alteration]) -> tuple[tuple[str, ...], str]:

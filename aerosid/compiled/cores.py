@@ -190,9 +190,9 @@ def mapped(
     count = min(cores, len(items))
     if count < 2 or len(items) > MOST or sys.platform != "linux":
         lent = _lent.get() if len(items) <= MOST else ()
-        done = _up_to(lambda result: until(result) or any(place.poll() for place in lent), map(task, items))
-        left = items[len(done) :] if done and not until(done[-1]) else ()
-        return [*done, *mapped(task, left, worth, common=common, until=until)] if left else done
+        own = _up_to(lambda result: until(result) or any(place.poll() for place in lent), map(task, items))
+        left = items[len(own) :] if own and not until(own[-1]) else ()
+        return [*own, *mapped(task, left, worth, common=common, until=until)] if left else own
     replicas = _replicas.get()
     if replicas is not None and not replicas.is_alone:
         done = replicas.done(Work(task, items, until, common, names))
