@@ -9,7 +9,7 @@ from aerosid.compiled.replicas import replicated
 from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.selection.control_dependence import ControlDependence, dependence_on_records
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
-from aerosid.equation_error.selection.turbulence import may_be_turbulent
+from aerosid.equation_error.selection.turbulence import Turbulence, may_be_turbulent
 from aerosid.estimation.fit_settings import RESIDUAL_TESTS
 from aerosid.flight_model.aerodynamics import Entry
 from aerosid.loop.equation_error_notes import (
@@ -80,7 +80,7 @@ def identified_by_equations(
     calm = decision.gust_fraction <= settings.equation_error.calm and not decision.turbulence
     dependence = _dependence(decision) if hidden or suspected else None
     still = hidden and not (decision.turbulence or suspected)
-    unsized = [each for each in decision.turbulence if not each.has_known_size(settings.equation_error.deviations)]
+    unsized = _unsized_turbulence(decision, found, settings.equation_error.deviations)
 
     def finished(found: Attribution) -> Attribution:
         found = with_turbulence_innovations(found, search)
@@ -99,6 +99,12 @@ def identified_by_equations(
     if hidden or dependence is not None:
         notes = (*notes, note_on_residuals(result))
     return EquationErrorResult(result, search, notes, decision)
+
+
+def _unsized_turbulence(decision: EquationErrorDecision, found: Attribution, deviations: float) -> list[Turbulence]:
+    """The turbulence among the findings, not that of the aircraft file, whose size is not so many errors from none."""
+    kinds = {finding.kind for finding in found.findings}
+    return [each for each in decision.turbulence if each.kind in kinds and not each.has_known_size(deviations)]
 
 
 def _notes(decision: EquationErrorDecision, problem: IdentificationProblem) -> tuple[str, ...]:
