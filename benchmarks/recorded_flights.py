@@ -18,6 +18,7 @@ from pathlib import Path
 
 from aerosid.aircraft import load_aircraft
 from aerosid.aircraft.bundled import bundled_folder
+from aerosid.compiled.cores import available, on_cores
 from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from aerosid.loop.closed_loop import close_loop
@@ -94,7 +95,8 @@ Real aircraft, errors before and after on data that were not used for the fit. `
 its derivatives re-estimated, `after` the completed model, `trimmed` that with the constants of force and moment
 re-estimated on the predicted part; the last column is the sensor's noise, where it can be estimated. Simulated open
 loop, initial state estimated there. Alternatives stand behind what they could replace. Sources of the
-recordings: the aircraft files. Made by `python -m benchmarks.recorded_flights`.
+recordings: the aircraft files. Times are those on a
+machine of two cores. Made by `python -m benchmarks.recorded_flights`.
 """
 
 
@@ -104,7 +106,8 @@ def _section(flight: Recorded, folder: Path) -> str:
     log = read_log(folder / flight.log, channels)
     fitted, predicted = _split(log) if not flight.repeat else (log, read_log(folder / flight.repeat, channels))
     aircraft, begun = load_aircraft(flight.aircraft), time.perf_counter()
-    result = close_loop([fitted], aircraft, [predicted])
+    with on_cores(available()):
+        result = close_loop([fitted], aircraft, [predicted])
     seconds = time.perf_counter() - begun
     how = "" if flight.repeat else f" The first {FITTED:.0%} of the record are fitted, the rest is predicted."
     lines = [
