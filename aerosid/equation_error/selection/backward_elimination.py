@@ -61,7 +61,7 @@ def eliminate_insignificant(
         replicated = functools.partial(replicated_effects, selected=selected, fitted=fitted)
         judged = _judged_by_coefficients(search, selected)
         removed = (
-            _outside_the_flown_range(selected)
+            _separation_at_a_limit(selected)
             or least_significant(fitted.estimate, judged, replicated)
             or _insignificant_by_blocks(search, selected, fitted)
         )
@@ -75,22 +75,17 @@ def eliminate_insignificant(
         selected = structure_without(selected, removed)
 
 
-def _outside_the_flown_range(selected: SelectedStructure) -> SelectedEffect | None:
+def _separation_at_a_limit(selected: SelectedStructure) -> SelectedEffect | None:
     """Flow separation that other effects, found later, have moved to a limit of its parameters.
 
     On a parabola of the Citation, alpha up to .16 rad, it ended at its upper limit of .36 rad, where it has no standard
     error, with a curve so flat that it stood for the drag polar.
     """
-    point = selected.estimate.point
-    return next(
-        (
-            each
-            for each in selected.chosen
-            if each.hypothesis.kind == "flow_separation"
-            and not all(map(is_breakdown, effects_of(point, each.hypothesis)))
-        ),
-        None,
-    )
+    separations = [each for each in selected.chosen if each.hypothesis.kind == "flow_separation"]
+    for each in separations:
+        if not all(map(is_breakdown, effects_of(selected.estimate.point, each.hypothesis))):
+            return each
+    return None
 
 
 def _judged_by_coefficients(search: CoefficientSearch, selected: SelectedStructure) -> Sequence[SelectedEffect]:
