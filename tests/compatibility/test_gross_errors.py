@@ -40,7 +40,7 @@ def six_axes() -> FlightLog:
     ("channel", "seconds"),
     [
         ("alpha", 1.0),
-        ("a_z", -1.5),
+        pytest.param("a_z", -1.5, marks=pytest.mark.slow),
         pytest.param("alpha", -1.5, marks=pytest.mark.slow),
         pytest.param("theta", -1.5, marks=pytest.mark.slow),
         pytest.param("q", 1.0, marks=pytest.mark.slow),
@@ -90,7 +90,7 @@ def test_two_exchanged_channels_are_named_together(log: FlightLog, pair: tuple[s
 @pytest.mark.parametrize(
     "pair",
     [
-        ("theta", "phi"),
+        pytest.param(("theta", "phi"), marks=pytest.mark.slow),
         pytest.param(("p", "r"), marks=pytest.mark.slow),
         pytest.param(("a_y", "a_z"), marks=pytest.mark.slow),
         pytest.param(("alpha", "beta"), marks=pytest.mark.slow),
@@ -132,7 +132,8 @@ def test_a_delay_that_the_equations_find_is_an_instrument_error(log: FlightLog, 
     assert contradicting([delayed]) is None
 
 
-@pytest.mark.parametrize(("seed", "seconds"), [(79008, 0.37), pytest.param(79006, 0.71, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "seconds"), [(79008, 0.37), (79006, 0.71)])
 def test_an_attitude_and_a_flow_angle_that_are_late_together_are_instrument_errors(seed: int, seconds: float) -> None:
     """Told was a contradiction: the rate alone is early, by one clock, or the attitude is late."""
     body = BODIES[seed % len(BODIES)]

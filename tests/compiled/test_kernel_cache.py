@@ -115,7 +115,7 @@ def test_another_folder_with_the_same_content_compiles_nothing_and_gives_the_sam
     ("module", "old", "new"),
     [
         ("callee", "2.0 * x", "2.5 * x"),  # only a constant, which is not in the bytecode
-        ("callee", "2.0 * x + OFFSET", "OFFSET + 2.0 * x * x"),
+        pytest.param("callee", "2.0 * x + OFFSET", "OFFSET + 2.0 * x * x", marks=pytest.mark.slow),
         ("sizes", "0.25", "0.75"),  # a constant of a module without kernels
         ("caller", "    gain: float\n    shift: float", "    shift: float\n    gain: float"),
     ],
@@ -169,7 +169,7 @@ def test_what_a_killed_process_was_compiling_is_compiled_by_the_next(
     assert again["values"] == before["values"]
 
 
-@pytest.mark.parametrize("kept", [0, 10, 5000])
+@pytest.mark.parametrize("kept", [*(pytest.param(kept, marks=pytest.mark.slow) for kept in (0, 10)), 5000])
 def test_a_cut_off_file_is_compiled_again_and_replaced(
     first: tuple[Path, Path, dict[str, object]], tmp_path: Path, kept: int
 ) -> None:

@@ -12,7 +12,9 @@ SEED = 62_000
 """Of these tests; built on flights of another simulator."""
 
 
-@pytest.mark.parametrize(("name", "gust"), [("regional jet", 0.0), ("survey drone", 0.01)])
+@pytest.mark.parametrize(
+    ("name", "gust"), [("regional jet", 0.0), pytest.param("survey drone", 0.01, marks=pytest.mark.slow)]
+)
 def test_it_is_one_finding_and_no_term(name: str, gust: float) -> None:
     """One by one the three channels took a displaced centre of gravity, vanes behind it and terms of C_Y and C_m."""
     body = next(each for each in BODIES if each.name == name)

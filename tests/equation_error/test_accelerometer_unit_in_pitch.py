@@ -47,6 +47,7 @@ def test_what_it_adds_to_the_axial_force_is_no_term_of_the_pitch_rate(tmp_path: 
     assert 0.0 <= row.deficit < row.margin
 
 
+@pytest.mark.slow
 def test_it_takes_the_place_of_a_vane_that_kinematics_cannot_tell_from_it(tmp_path: Path) -> None:
     """With the vane 1.4 m ahead C_X was given q_hat^2, and derivatives were up to eight standard errors off."""
     aircraft, (fitted, unseen) = flown(tmp_path, 10)

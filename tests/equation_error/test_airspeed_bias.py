@@ -46,7 +46,7 @@ def flights(seed: int, body: Body, size: float) -> Flown:
     return Flown(body, bias, identified(aircraft, [one], [two]), decided(aircraft, [one], [two]))
 
 
-@pytest.fixture(scope="module", params=[0, 2])
+@pytest.fixture(scope="module", params=[0, pytest.param(2, marks=pytest.mark.slow)])
 def named(request: pytest.FixtureRequest) -> Flown:
     """An airspeed six per cent off, which neither kinematics nor one flight's coefficients show by themselves."""
     return flights(24 + request.param, BODIES[request.param], 0.06)

@@ -117,7 +117,7 @@ def test_informed_estimates_are_those_of_rows_added_to_the_regression() -> None:
     assert ends[0] < solution.values[place] < ends[1]
 
 
-@pytest.mark.parametrize("n", range(4))
+@pytest.mark.parametrize("n", [0, 1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
 def test_a_file_too_sure_of_wrong_values_names_nothing(n: int) -> None:
     """Every derivative 8 % off at random (as flown), and declared to one or two per cent: nothing is missing."""
     generator = np.random.default_rng([SEEDS, n])

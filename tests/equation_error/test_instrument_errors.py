@@ -32,6 +32,7 @@ BEHIND = (-1.0, 0.0, 0.5)
 """Declared position of an accelerometer, m."""
 
 
+@pytest.mark.slow
 def test_a_position_outside_the_aircraft_is_replaced_by_its_alternative() -> None:
     body = BODIES[0]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(7))

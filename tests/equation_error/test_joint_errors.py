@@ -24,7 +24,11 @@ SEEDS = 7000
 """Of tests; published tables and trials begin elsewhere."""
 
 
-@pytest.mark.parametrize(("body", "late"), [(BODIES[0], 0.12), (BODIES[4], 0.05)], ids=["single", "business jet"])
+@pytest.mark.parametrize(
+    ("body", "late"),
+    [pytest.param(BODIES[0], 0.12, marks=pytest.mark.slow), (BODIES[4], 0.05)],
+    ids=["single", "business jet"],
+)
 def test_the_joint_delay_of_a_vane_is_more_accurate_than_the_kinematic_one_in_gusts(body: Body, late: float) -> None:
     logs = [flown(name, body, SEEDS + n, air=0.6, wrong=Wrong(delay={"alpha": late})) for n, name in enumerate("ab")]
     aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))

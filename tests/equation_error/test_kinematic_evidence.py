@@ -39,6 +39,7 @@ def test_the_gain_is_quadratic_about_the_kinematic_estimate() -> None:
     assert not support.agrees((0.36,), 3.0)
 
 
+@pytest.mark.slow
 def test_a_pitot_bias_hidden_by_gusts_is_identified_jointly() -> None:
     """The aircraft slows down: forces at a wrong dynamic pressure look like terms in the airspeed."""
     body = BODIES[0]

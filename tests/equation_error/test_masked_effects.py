@@ -164,6 +164,7 @@ def test_two_steps_of_one_coefficient_are_told_apart(tmp_path: Path) -> None:
     assert airspeed.before == pytest.approx(airspeed.after, rel=0.2)
 
 
+@pytest.mark.slow
 def test_the_step_changes_of_a_flight_in_no_decision_are_those_of_its_own_coefficients(tmp_path: Path) -> None:
     """By the open-loop errors alone, in which an unplaced step leaves a drift, both were placed ten seconds late."""
     aircraft, logs = files(tmp_path, "a moment step before that of a flap")

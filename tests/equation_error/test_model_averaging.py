@@ -112,6 +112,7 @@ def test_the_bounds_contain_a_near_significant_effect(tmp_path: Path) -> None:
             assert abs(value - circumstances.body.terms[coefficient, str(term)]) < 3.5 * np.sqrt(variance)
 
 
+@pytest.mark.slow
 def test_the_bounds_of_the_constants_contain_a_near_significant_bias(tmp_path: Path) -> None:
     """A vane off by -.007 rad: kinematics gain 7 in ln L of 12, and the constants were 6, 10 and 12 bounds off."""
     circumstances, _, _ = written(tmp_path, [FIRST, 205, 12], 12)

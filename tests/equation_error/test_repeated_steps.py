@@ -32,6 +32,7 @@ def with_steps(log: FlightLog, *moments: float) -> FlightLog:
     return with_channels(log, a_x=log["a_x"] + STEP * np.sum([log.time >= moment for moment in moments], axis=0))
 
 
+@pytest.mark.slow
 def test_a_coefficient_may_step_on_every_identification_flight() -> None:
     """At an instant of its own; a step of thrust is hardly distinguishable from one of the axial force.
 

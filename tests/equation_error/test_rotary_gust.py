@@ -78,6 +78,7 @@ def test_they_are_regressors_where_the_moment_responds_to_them(air: float, rotar
         assert response == pytest.approx(SINGLE.terms["C_m", "q_hat"], rel=0.3)
 
 
+@pytest.mark.slow
 def test_without_them_a_late_elevator_is_half_as_late_and_the_moment_too_small() -> None:
     aircraft, logs, others = pair(9200, 0.8, rotary=True, wrong=Wrong(elevator_delay=0.12))
     found = decided(aircraft, logs, others)

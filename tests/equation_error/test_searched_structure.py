@@ -56,6 +56,7 @@ def test_separation_is_found_where_alpha_spans_less_than_six_degrees(tmp_path: P
     assert set(rows) == {"sensor_delay", "flow_separation", "thrust_change"}
 
 
+@pytest.mark.slow
 def test_curved_lift_over_all_angles_is_no_separation(tmp_path: Path) -> None:
     """An inconsistent elevator, in a record smoothed afterwards, was identified as a static curve at both limits."""
     found = decided_of(tmp_path, 141, 20)

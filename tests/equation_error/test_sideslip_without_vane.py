@@ -99,6 +99,7 @@ def test_an_estimate_does_not_depend_on_where_its_search_starts() -> None:
         assert np.ptp(likelihoods) < 0.2
 
 
+@pytest.mark.slow
 def test_what_entered_last_leaves_where_another_optimum_without_it_is_likelier() -> None:
     """A step of C_Y: 18.8 over the structure it entered, 11.2 over the same estimated from there, 16.9 asked."""
     logs = [commuter.without_vane(flown(9214 + n, mirrored=n == 1)) for n in range(2)]

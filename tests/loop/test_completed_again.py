@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from problems import with_channels
 
 from aerosid.aircraft.reading import aircraft_from_text
@@ -25,6 +26,7 @@ def with_slow_step(log: FlightLog) -> FlightLog:
     return with_channels(log, a_x=log["a_x"] + STEP * np.clip((log.time - MOMENT) / RISE + 0.5, 0.0, 1.0))
 
 
+@pytest.mark.slow
 def test_a_slow_step_change_and_gusts_are_declared_as_they_were_found() -> None:
     """The step lost its three seconds, and another one cancelled it; the gusts were reported as missing again."""
     body = BODIES[0]

@@ -53,7 +53,7 @@ FAULTY = {Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED, Verdict.INCONSISTENT_DA
         (3, intact, {Verdict.NOTHING_MISSING}),
         (0, coloured, {Verdict.NOTHING_MISSING}),
         (0, saturated, FAULTY),
-        (0, lambda log: coloured(saturated(log)), FAULTY),
+        pytest.param(0, lambda log: coloured(saturated(log)), FAULTY, marks=pytest.mark.slow),
     ],
     ids=["intact", "another aircraft", "coloured noise", "saturated gyro", "saturated gyro in coloured noise"],
 )

@@ -67,6 +67,7 @@ def test_separation_is_tried_where_only_the_validation_flight_shows_the_terms_to
     assert names(loop(901, 31, tmp_path)) == [("flow_separation", "C_Z")]
 
 
+@pytest.mark.slow
 def test_gusts_shown_by_kinematics_are_distinguished_from_coloured_vane_noise(tmp_path: Path) -> None:
     """Kinematics give an initial estimate alone; the forces decide."""
     seen = {}

@@ -25,6 +25,7 @@ def closed(folder: Path, positions: dict[str, tuple[float, float, float]]) -> Cl
     return close_loop([log("identification")], load_aircraft(folder / "aircraft.toml"), [log("validation")])
 
 
+@pytest.mark.slow
 def test_it_takes_the_place_of_a_vane_with_terms_of_the_axial_force(tmp_path: Path) -> None:
     """The vane 1.6 m ahead with C_X q_hat*delta_e was told: C_Z alpha and delta_e 67 and 76 standard errors off."""
     result = closed(tmp_path, {})
@@ -36,6 +37,7 @@ def test_it_takes_the_place_of_a_vane_with_terms_of_the_axial_force(tmp_path: Pa
     assert unit.value == pytest.approx(-1.50, abs=3.0 * unit.std_error)
 
 
+@pytest.mark.slow
 def test_accelerometers_that_are_declared_apart_are_no_unit(tmp_path: Path) -> None:
     result = closed(tmp_path, {"a_x": (0.5, 0.0, 0.0), "a_z": (0.0, 0.0, 0.0)})
     named = {each.where for each in (*result.effects, *result.alternatives) if each.kind == "sensor_position"}

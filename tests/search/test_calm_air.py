@@ -92,6 +92,7 @@ def test_an_axis_of_a_position_that_is_not_shown_is_given_up() -> None:
         assert fewer == (ActiveEffect(sensor_position("a_y", axis), (value,)), begun[1])
 
 
+@pytest.mark.slow
 def test_two_step_changes_of_one_coefficient_keep_their_own_values_and_instants() -> None:
     """Both were given the value of one, and the completed aircraft was 'wrong' on the same flight flown again."""
     flown = commuter.Lateral(seed=31, duration=24.0, extra={("C_n", "gear"): 1.0})

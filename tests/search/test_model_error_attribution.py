@@ -46,7 +46,13 @@ def names(found: Attribution) -> set[str]:
             4.0,
             marks=pytest.mark.slow,
         ),
-        (Lateral(positions={"a_y": (1.5, 0.0, 0.0)}, seed=5), TERMS, "sensor_position of a_y", 1.5),
+        pytest.param(
+            Lateral(positions={"a_y": (1.5, 0.0, 0.0)}, seed=5),
+            TERMS,
+            "sensor_position of a_y",
+            1.5,
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             Lateral(surfaces={"delta_r": lambda t, v: np.interp(t - 0.1, t, v)}, seed=6),
             TERMS,

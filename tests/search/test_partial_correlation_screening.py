@@ -87,6 +87,7 @@ def sensor_p_values(log: FlightLog) -> list[float]:
     ]
 
 
+@pytest.mark.slow
 def test_coloured_noise_in_d_gives_no_sensor_error_along_the_motion_without_d() -> None:
     found = np.array([sensor_p_values(in_coloured_noise(seed)) for seed in range(40, 50)])
     # Twenty tests: the least of their p-values is below 5e-4 once in a hundred such sets, their mean outside these

@@ -22,6 +22,7 @@ def flown(seed: int, *, mirrored: bool = False) -> FlightLog:
     return commuter.without_vane(flight.log(mirrored=mirrored, name=f"flight {seed}"))
 
 
+@pytest.mark.slow
 def test_known_effects_give_the_covariance_of_a_regression_in_which_they_are_held() -> None:
     aircraft = commuter.aircraft(commuter.SIDE, 0.93)
     log = flown(9301)
