@@ -38,6 +38,7 @@ class Wrong:
 
     terms: Mapping[tuple[str, str], float] = field(default_factory=dict)
     delay: Mapping[str, float] = field(default_factory=dict)
+    lag: Mapping[str, float] = field(default_factory=dict)
     bias: Mapping[str, float] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
     elevator_delay: float = 0.0
@@ -193,6 +194,8 @@ def _recorded(
     for channel, true in outputs.items():
         late = wrong.delay.get(channel, 0.0)
         moved = np.interp(STEP * np.arange(true.size) - late, STEP * np.arange(true.size), true)
+        if channel in wrong.lag:
+            moved = _lagged(moved, wrong.lag[channel])
         seen = moved[0] + lfilter(top, bottom, moved - moved[0])
         sampled = seen[::stride] * wrong.scale.get(channel, 1.0) + wrong.bias.get(channel, 0.0)
         white = generator.standard_normal((2, sampled.size))
@@ -201,6 +204,13 @@ def _recorded(
         channels[channel] = RESOLUTION[channel] * np.round(sampled / RESOLUTION[channel])
     time = interval * np.arange(next(iter(channels.values())).size)
     return FlightLog(name, time, channels, {channel: UNITS[channel] for channel in channels})
+
+
+def _lagged(values: Array, constant: float) -> Array:
+    """Behind a first-order lag, s, by the bilinear transformation."""
+    a = 0.5 * STEP / constant
+    behind = lfilter([a / (1.0 + a), a / (1.0 + a)], [1.0, -(1.0 - a) / (1.0 + a)], values - values[0])
+    return np.asarray(values[0] + behind)
 
 
 __all__ = ["BODIES", "NOTHING", "Wrong", "aircraft_of", "flown", "level"]

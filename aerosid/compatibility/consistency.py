@@ -165,8 +165,9 @@ def _finds_delays(identified: KinematicConsistency | None, contradictory: Kinema
     one suffices.
     """
     findings = identified.findings if identified is not None else ()
-    delays = {each.where: each.value for each in findings if each.kind == "sensor_delay"}
-    late = {each.where: each.value for each in findings if each.kind in DELAY_KINDS}
+    timings = [each for each in findings if each.kind in DELAY_KINDS]
+    late = {each.where: sum(other.value for other in timings if other.where == each.where) for each in timings}
+    delays = {each.where: late[each.where] for each in timings if each.kind == "sensor_delay"}
 
     def is_found(channel: str, by: float) -> bool:
         same = USUAL.contradiction.same_delay

@@ -123,7 +123,7 @@ class EquationErrorDecision:
     regressor_errors : tuple of RegressorErrors
         Coefficients whose derivatives errors in the regressors bias.
     vane : IdentifiedVane or None
-        A vane whose position was identified beside its time delay.
+        A vane whose position or dead time was identified beside its time delay.
     """
 
     findings: tuple[EffectEstimate, ...]

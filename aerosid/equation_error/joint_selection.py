@@ -37,6 +37,7 @@ from aerosid.equation_error.selection.calibration import BIAS
 from aerosid.equation_error.selection.candidates import distinct_name, is_instrument_error
 from aerosid.equation_error.selection.coefficient_search import CoefficientSearch
 from aerosid.equation_error.selection.damping_collinearity import downwash_prior
+from aerosid.equation_error.selection.dead_time import likelier_dead_times
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.joint_errors import (
     JointErrors,
@@ -48,7 +49,8 @@ from aerosid.equation_error.selection.joint_errors import (
 from aerosid.equation_error.selection.kinematic_evidence import kinematic_evidence
 from aerosid.equation_error.selection.lag_exchange import resolve_lag_exchange
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, criterion_for
-from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
+from aerosid.equation_error.selection.profiled_error import ProfiledError, likeliest_value
+from aerosid.equation_error.selection.redundancy import is_timing_of
 from aerosid.equation_error.selection.rotary_gusts import rotary_gusts_shown, with_rotary_gusts
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import (
@@ -73,9 +75,9 @@ class ErrorsAndStructure:
 class JointSelection(NamedTuple):
     """Instrument errors, their alternatives by both kinds of equations, the coefficient search and the structure.
 
-    `vane`: the position of a vane that both kinds of equations show together. It is among the outcome's errors, and
-    held among those of kinematics; so is `bias`, one of the airspeed. `compared`: labels of errors told from those
-    identified by both kinds of equations.
+    `vane`: the position or dead time of a vane that both kinds of equations show together. It is among the outcome's
+    errors, and held among those of kinematics; so is `bias`, one of the airspeed. `compared`: labels of errors told
+    from those identified by both kinds of equations.
     """
 
     identified: SelectedStructure
@@ -100,7 +102,7 @@ class JointSelection(NamedTuple):
 
     @property
     def instrument_errors(self) -> tuple[SelectedEffect, ...]:
-        """Those of kinematics, the position of a vane, and a bias of the airspeed."""
+        """Those of kinematics, the position or dead time of a vane, and a bias of the airspeed."""
         return (*self.identified.chosen, *(each.effect for each in (self.vane, self.bias) if each is not None))
 
 
@@ -200,49 +202,51 @@ def _selected_with_vane(
     outcome, criterion = alone.outcome, alone.search.criterion
     worsens = functools.partial(alone.search.worsens_prediction, outcome.structure.estimate)
     confirmed: list[tuple[float, JointSelection]] = []
-    begun_at = list(likelier_places(alone.identified, outcome.errors, outcome.structure, errors.hypotheses, criterion))
+    known = alone.identified, outcome.errors, outcome.structure, errors.hypotheses, criterion
+    begun_at = [*likelier_places(*known), *likelier_dead_times(*known)]
     for begun in begun_at:
         if worsens(begun.coefficients):
             continue
         placed, vane = _selected_with(begun, errors, coefficients, values)
         gain = _penalised(placed, errors.criterion) - _penalised(alone, errors.criterion)
         if vane.is_confirmed and gain > criterion.penalty(vane.hypothesis) and not worsens(vane.coefficients):
-            unplaced = tuple(other.timing.where for other in begun_at if other is not begun)
+            unplaced = tuple({other.timing.where: 0 for other in begun_at if other.timing.where != begun.timing.where})
             confirmed.append((gain, _with_vane(alone, placed, begun, vane, unplaced)))
     return max(confirmed, key=lambda pair: pair[0])[1] if confirmed else alone
 
 
 def _with_vane(
-    alone: JointSelection, placed: JointSelection, begun: PlacedVane, vane: PlacedVane, unplaced: tuple[str, ...]
+    alone: JointSelection, placed: JointSelection, begun: ProfiledError, vane: ProfiledError, unplaced: tuple[str, ...]
 ) -> JointSelection:
-    """A selection with a vane's position among its errors, and what was selected without it in its place."""
-    outcome = replace(placed.outcome, errors=vane.with_position_free())
+    """A selection with a vane's position or dead time, and what was selected in its place without it."""
+    outcome = replace(placed.outcome, errors=vane.with_value_free())
     named = set(outcome.structure.labels)
     alternatives = (*placed.alternatives, *(row for row in begun.alternatives if row.hypothesis.label not in named))
     gain = vane.log_likelihood - alone.log_likelihood
     effect = SelectedEffect(vane.hypothesis, kinematic=False, gain=gain)
     instead = alone.outcome.structure.labels_not_in(outcome.structure)
-    found = IdentifiedVane(effect, *alone.outcome.errors.estimate_of(begun.timing), instead, unplaced)
+    (timing,) = (each.hypothesis for each in alone.identified.chosen if is_timing_of(each, begun.timing.where))
+    found = IdentifiedVane(effect, *alone.outcome.errors.estimate_of(timing), instead, unplaced)
     return placed._replace(outcome=outcome, alternatives=alternatives, vane=found)
 
 
 def _selected_with(
-    begun: PlacedVane, errors: InstrumentErrors, coefficients: tuple[str, ...], values: DeclaredValues
-) -> tuple[JointSelection, PlacedVane]:
-    """The structure selected with a vane held at its position, and the vane where that structure has it.
+    begun: ProfiledError, errors: InstrumentErrors, coefficients: tuple[str, ...], values: DeclaredValues
+) -> tuple[JointSelection, ProfiledError]:
+    """The structure selected with an error of a vane held, and its likeliest value with that structure.
 
-    What was selected without the position may have stood in its place, and the position moves without it: the selection
-    is repeated where that is more than its standard error.
+    What was selected without the error may have stood in its place, and the value moves without it: the selection is
+    repeated where that is more than its standard error.
     """
     vane = begun
     for _ in range(begun.coefficients.problem.settings.rounds):
         placed = _selected(errors, vane.identified, coefficients, values, vane.coefficients.problem.rotary_gusts)
-        outcome, before = placed.outcome, vane.position
+        outcome, before = placed.outcome, vane.value
         found = replace(
             vane, identified=placed.identified, errors=outcome.errors, coefficients=outcome.structure.estimate
         )
-        vane = likeliest_place(found)
-        if abs(vane.position - before) <= vane.std_error:
+        vane = likeliest_value(found)
+        if abs(vane.value - before) <= vane.std_error:
             break
     structure = SelectedStructure(vane.coefficients, outcome.structure.chosen)
     outcome = replace(outcome, errors=vane.errors, structure=structure)
@@ -250,7 +254,7 @@ def _selected_with(
 
 
 def _penalised(found: JointSelection, of_kinematics: SelectionCriterion) -> float:
-    """Ln L of both kinds of equations less the penalties of all effects but the position of a vane."""
+    """Ln L of both kinds of equations less the penalties of all effects but a held error of a vane."""
     outcome = found.outcome
     kinematic = penalised_likelihood(found.identified, of_kinematics)
     return kinematic + found.search.penalised_likelihood(outcome.structure) - outcome.errors.penalty

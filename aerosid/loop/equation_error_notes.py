@@ -15,6 +15,7 @@ from aerosid.equation_error.selection.airspeed_calibration import mean_airspeed
 from aerosid.equation_error.selection.calibration import SCALE
 from aerosid.equation_error.selection.control_dependence import DEPENDENCE, ControlDependence, dependent
 from aerosid.equation_error.selection.damping_collinearity import USUAL, DampingCollinearity
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
 from aerosid.equation_error.selection.near_significant import NearSignificant
 from aerosid.equation_error.selection.penalties import KinematicEvidence
 from aerosid.equation_error.selection.regressor_errors import RegressorErrors
@@ -45,24 +46,32 @@ def note_on_delay(seen: DelayDiscrepancy) -> str:
 
 
 def note_on_vane(seen: IdentifiedVane, row: EffectEstimate) -> str:
-    """Note on a vane's position identified beside its time delay, with what the delay is without it."""
+    """Note on a vane's position or dead time identified beside its time delay, with what the delay is without it."""
     kind, channel = seen.timing.effect.kind.removeprefix("sensor_"), seen.timing.effect.where
     alone = with_deviation(seen.timing.values[0], seen.std_error)
     instead = (
         f", although {listed([named(label) for label in seen.instead])} is then identified" if seen.instead else ""
     )
+    without = f"{alone} s and 2 ln L is {number(2.0 * row.gain, 2)} lower{instead}."
+    is_dead_time = row.hypothesis.kind in DELAY_KINDS
     further = (
-        f" The vane of {listed(seen.unplaced)} is late too; its position was not looked for beside this one."
+        f" The vane of {listed(seen.unplaced)} is late too; its {'dead time' if is_dead_time else 'position'} was not "
+        "looked for beside this one."
         if seen.unplaced
         else ""
     )
+    if is_dead_time:
+        return (
+            f"{channel} lags and is recorded late: a lag, and a dead time of "
+            f"{with_deviation(row.value, row.std_error)} s. Kinematics show little more than their sum; forces and "
+            f"moments distinguish them. With a {kind} alone it is {without}{further}"
+        )
     return (
         f"The position of the vane of {channel} is not declared; it is identified as "
         f"{with_deviation(row.value, row.std_error)} m ahead of the centre of gravity. Kinematics show only the sum of "
         f"its {kind} and that distance over the airspeed; forces and moments distinguish them. Without the position "
-        f"the {kind} is {alone} s and 2 ln L is {number(2.0 * row.gain, 2)} lower{instead}. Forces or moments that lag "
-        f"{channel} resemble such a position, and gusts that a boom meets early enlarge it. If it is known, declare it "
-        f"in the channel map.{further}"
+        f"the {kind} is {without} Forces or moments that lag {channel} resemble such a position, and gusts that a boom "
+        f"meets early enlarge it. If it is known, declare it in the channel map.{further}"
     )
 
 

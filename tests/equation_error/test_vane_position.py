@@ -11,7 +11,7 @@ from aerosid.aircraft import Aircraft
 from aerosid.equation_error.decision import EquationErrorDecision, decide
 from aerosid.equation_error.joint_selection import selected_jointly
 from aerosid.equation_error.regression.declared_values import DeclaredValues
-from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
+from aerosid.equation_error.selection.profiled_error import ProfiledError, likeliest_value
 from aerosid.logs.flight_log import FlightLog
 from benchmarks import six_axis_flights as lateral
 from benchmarks.planted_aircraft import Body
@@ -104,17 +104,17 @@ def test_the_second_order_of_the_line_predicts_the_likelihood_at_other_positions
     hypothesis = joint.vane.effect.hypothesis
     (timing,) = (each.hypothesis for each in joint.identified.chosen)
     place = next(active for active in joint.outcome.errors.effects if active.name == ("sensor_position", "alpha"))
-    begun = PlacedVane(
+    begun = ProfiledError(
         hypothesis, timing, 0.0, joint.identified, joint.outcome.errors, joint.outcome.structure.estimate
     )
-    there = likeliest_place(begun.moved_to(place.values[0]))
-    fall = there.log_likelihood - there.moved_to(there.position + 2.0 * there.std_error).log_likelihood
+    there = likeliest_value(begun.moved_to(place.values[0]))
+    fall = there.log_likelihood - there.moved_to(there.value + 2.0 * there.std_error).log_likelihood
     assert fall == pytest.approx(2.0, rel=0.5)
-    covariance = there.with_position_free().covariance
+    covariance = there.with_value_free().covariance
     assert np.linalg.eigvalsh(covariance).min() > 0.0
     correlation = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
     assert -1.0 < correlation < -0.3
-    moved = there.moved_to(there.position + 1.0)
+    moved = there.moved_to(there.value + 1.0)
     slope = moved.errors.effects[0].values[0] - there.errors.effects[0].values[0]
     assert slope == pytest.approx(covariance[0, 1] / covariance[1, 1], rel=0.3)
 

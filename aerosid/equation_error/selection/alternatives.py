@@ -29,7 +29,7 @@ from aerosid.equation_error.selection.candidates import (
     within_limits,
 )
 from aerosid.equation_error.selection.penalties import SelectionCriterion, effects_of
-from aerosid.equation_error.selection.redundancy import is_redundant, non_redundant
+from aerosid.equation_error.selection.redundancy import is_redundant, non_redundant, without_held_timings
 from aerosid.equation_error.selection.starting_values import MAINLY, step_changes_in_place_of
 from aerosid.equation_error.selection.stepwise import Admitted
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, deletions, estimate_without
@@ -236,7 +236,7 @@ def _estimated_replacements(
     problem, settings = selected.estimate.problem, selected.estimate.problem.settings
     reduced = estimate_without(selected, each)
     rest = [other for other in selected.chosen if other is not each]
-    eligible = non_redundant(hypotheses, rest, [each.hypothesis.label])
+    eligible = without_held_timings(non_redundant(hypotheses, rest, [each.hypothesis.label]), reduced.point)
     candidates = [
         *cached_candidates(selected.cache, (each.hypothesis.label,), reduced, eligible),
         *_step_change_candidates(selected, each, reduced),

@@ -35,6 +35,7 @@ from aerosid.equation_error.selection.candidates import (
     with_aircraft_limits,
     with_plausible_limits,
 )
+from aerosid.equation_error.selection.dead_time import is_causal
 from aerosid.equation_error.selection.instrument_error_choice import CoefficientCheck, choose_by_coefficients
 from aerosid.equation_error.selection.joint_errors import JointErrors, free_values
 from aerosid.equation_error.selection.pairwise_selection import add_pair
@@ -224,6 +225,7 @@ def _searched(
 
     def admitted(estimated: Estimate, hypothesis: Hypothesis) -> bool:
         agreed = recordings_agree(estimated, hypothesis) and exceeds_calibration(estimated, hypothesis)
+        agreed = agreed and is_causal(estimated.point)
         if model.axes == LONGITUDINAL:
             return agreed
         return agreed and exceeds_mean_gust(estimated, hypothesis) and coefficients.admits(estimated, hypothesis)

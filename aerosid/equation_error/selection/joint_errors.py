@@ -96,16 +96,16 @@ def joint_errors(identified: Estimate, initial: JointErrors, found: Estimate) ->
     """
     parameters = free_parameters(identified.point.effects)
     jointly = jointly_estimated(identified.point)
-    if not jointly:
+    if not jointly.size:
         return initial
     kinematic = kinematic_errors(identified).covariance
-    known = kinematic[np.ix_(jointly, jointly)]
-    if not np.all(np.isfinite(known)) or np.linalg.matrix_rank(known) < len(jointly):
+    known = jointly @ kinematic @ jointly.T
+    if not np.all(np.isfinite(known)) or np.linalg.matrix_rank(known) < jointly.shape[0]:
         return initial  # the kinematic covariance is singular: no prior
     prior = np.linalg.inv(known)
-    follow = kinematic[:, jointly] @ prior
+    follow = kinematic @ jointly.T @ prior
     mean = free_values(identified.point.effects)
-    deviation = (free_values(initial.effects) - mean)[jointly]
+    deviation = jointly @ (free_values(initial.effects) - mean)
     effects = initial.effects
     covariance = known
 
@@ -123,7 +123,7 @@ def joint_errors(identified: Estimate, initial: JointErrors, found: Estimate) ->
         for halving in range(HALVINGS):
             aim = deviation + 0.5**halving * step
             trial = _moved_to(identified.point.effects, mean + follow @ aim)
-            aim = (free_values(trial) - mean)[jointly]
+            aim = jointly @ (free_values(trial) - mean)
             moved = estimate(found.problem, with_errors_held(found.point, trial), found.solution.weights, steps=2)
             if objective(moved, aim) > best:
                 effects, deviation, found = trial, aim, moved
@@ -134,10 +134,23 @@ def joint_errors(identified: Estimate, initial: JointErrors, found: Estimate) ->
     return JointErrors(effects, joint, 0.5 * float(deviation @ prior @ deviation))
 
 
-def jointly_estimated(point: Point) -> list[int]:
-    """Which free parameters of a point's instrument errors are estimated from both kinds of equations."""
+def jointly_estimated(point: Point) -> Array:
+    """The combinations of a point's n free errors that are estimated from both kinds of equations, (m, n).
+
+    Each is one of them, or the sum of a channel's lag and dead time. How that is divided is left to kinematics: the
+    coefficients are formed from the channel with its lag undone, whose noise grows with the lag, and they prefer less
+    of it, by up to six standard errors in light turbulence.
+    """
     errors, axes = point.effects, point.model.axes
-    return [n for n, (i, _) in enumerate(free_parameters(errors)) if _is_estimated_jointly(errors[i], axes)]
+    free = free_parameters(errors)
+    rows: dict[object, Array] = {}
+    for n, (i, _) in enumerate(free):
+        if not _is_estimated_jointly(errors[i], axes):
+            continue
+        effect = errors[i].effect
+        name = (effect.where,) if effect.kind in DELAY_KINDS else (effect.where, n)
+        rows.setdefault(name, np.zeros(len(free)))[n] = 1.0
+    return np.array([*rows.values()]).reshape(len(rows), len(free))
 
 
 def _is_estimated_jointly(active: ActiveEffect, axes: Axes) -> bool:

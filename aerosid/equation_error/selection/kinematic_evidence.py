@@ -58,7 +58,9 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     base, support = identified.estimate, identified.estimate.problem.settings.support
     gain_required = 0.5 * support**2
     axes = base.point.model.axes
-    eligible = non_redundant([h for h in sensors if _is_eligible(h, axes)], identified.chosen)
+    timed = {each.hypothesis.where for each in identified.chosen if each.hypothesis.kind in DELAY_KINDS}
+    others = [h for h in sensors if h.kind not in DELAY_KINDS or h.where not in timed]
+    eligible = non_redundant([h for h in others if _is_eligible(h, axes)], identified.chosen)
     candidates = effect_candidates(base.problem, base, eligible)
     best: dict[Name, int] = {}
     gains = score_candidates(base, candidates).gains

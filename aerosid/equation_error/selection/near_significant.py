@@ -37,7 +37,7 @@ from aerosid.equation_error.selection.coefficient_search import CoefficientSearc
 from aerosid.equation_error.selection.cross_validation import CoefficientFit
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, schwarz_penalty
-from aerosid.equation_error.selection.redundancy import non_redundant
+from aerosid.equation_error.selection.redundancy import non_redundant, without_held_timings
 from aerosid.equation_error.selection.stepwise import Admitted, is_acceptable, recordings_agree
 from aerosid.equation_error.selection.structure import SelectedStructure
 from aerosid.equation_error.selection.wald_tests import null_value
@@ -130,7 +130,8 @@ def near_significant_effect(
         Admission by criteria other than the likelihood.
     """
     base = selected.estimate
-    candidates = cached_candidates(selected.cache, CURRENT_MODEL, base, non_redundant(hypotheses, selected.chosen))
+    eligible = without_held_timings(non_redundant(hypotheses, selected.chosen), base.point)
+    candidates = cached_candidates(selected.cache, CURRENT_MODEL, base, eligible)
     scored = score_candidates(base, candidates)
 
     def may_be_significant(n: int) -> bool:

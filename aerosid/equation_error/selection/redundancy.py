@@ -7,6 +7,8 @@ from collections.abc import Collection, Iterable, Sequence
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import UNIT, axes_of
 from aerosid.effects.sensor_position import AHEAD
+from aerosid.equation_error.equations.points import Point
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
 from aerosid.equation_error.selection.penalties import Label
 from aerosid.equation_error.selection.structure import SelectedEffect
 from aerosid.flight_model.axes import ACCELEROMETERS
@@ -17,8 +19,8 @@ PLACE = "sensor_position"
 CONTROL_DELAY_KINDS = frozenset({"control_delay", "control_lag"})
 """Kinds of time delay of a control."""
 
-SENSOR_DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag", PLACE})
-"""Kinds that model the time delay of an instrument: two of them on one channel are not identifiable together."""
+SENSOR_DELAY_KINDS = DELAY_KINDS | {PLACE}
+"""Kinds that model the time delay of an instrument: each is the other's alternative."""
 
 EQUIVALENT_DELAYS = (SENSOR_DELAY_KINDS, CONTROL_DELAY_KINDS)
 """Kinds that model the time delay of one channel. A lag and a delay of one control may both be in a structure: in the
@@ -73,9 +75,27 @@ def non_redundant(
 ) -> list[Hypothesis]:
     """The hypotheses that can be tested in the presence of selected ones; `barred`: labels left out as well."""
     taken = {*barred, *(each.hypothesis.label for each in chosen)}
-    return [
-        h
-        for h in hypotheses
-        if h.label not in taken
-        and not any(_replace_each_other(h, each.hypothesis, (SENSOR_DELAY_KINDS,)) for each in chosen)
-    ]
+    return [h for h in hypotheses if h.label not in taken and not any(_excludes(each, h) for each in chosen)]
+
+
+def is_timing_of(each: SelectedEffect, channel: str) -> bool:
+    """Whether a selected effect is a channel's lag or delay."""
+    return each.hypothesis.kind in DELAY_KINDS and each.hypothesis.where == channel
+
+
+def without_held_timings(hypotheses: Iterable[Hypothesis], point: Point) -> list[Hypothesis]:
+    """The hypotheses without delays of channels that have one held at a value, as a vane's dead time beside its lag."""
+    held = {active.name for active in point.effects if active.effect.kind in DELAY_KINDS and not active.values}
+    return [h for h in hypotheses if (h.kind, h.where) not in held]
+
+
+def _excludes(selected: SelectedEffect, hypothesis: Hypothesis) -> bool:
+    """Whether a selected effect leaves no room for a hypothesis, as a vane's delay for its position.
+
+    Kinematics tell a dead time from a lag; what they cannot tell, forces and moments are not asked one by one.
+    """
+    one = selected.hypothesis
+    are_timings = {one.kind, hypothesis.kind} == DELAY_KINDS and one.where == hypothesis.where
+    if are_timings and selected.kinematic:
+        return False
+    return _replace_each_other(hypothesis, one, (SENSOR_DELAY_KINDS,))

@@ -198,23 +198,23 @@ def delay_discrepancies(identified: Estimate, errors: JointErrors, deviations: f
     """
     kinematic = kinematic_errors(identified)
     rows = []
-    before, after = (
-        {a.effect.where: (a, error) for a, error in _leading(each) if a.effect.kind in DELAY_KINDS}
-        for each in (kinematic, errors)
-    )
+    before, after = (_timings(each) for each in (kinematic, errors))
     for channel in before.keys() & after.keys():
-        (first, first_error), (second, second_error) = before[channel], after[channel]
+        if len(before[channel]) + len(after[channel]) > 2:
+            continue  # a lag and a dead time have no kind in which they differ
+        ((first, first_error),), ((second, second_error),) = before[channel], after[channel]
         further = abs(first.values[0] - second.values[0]) > deviations * first_error
         if further or first.effect.kind != second.effect.kind:
             rows.append(DelayDiscrepancy(channel, first, first_error, second, second_error))
     return tuple(sorted(rows, key=lambda row: row.channel))
 
 
-def _leading(errors: JointErrors) -> list[tuple[ActiveEffect, float]]:
-    """Each error with the standard deviation of its first parameter."""
-    deviations, index, rows = np.sqrt(np.diag(errors.covariance)), 0, []
+def _timings(errors: JointErrors) -> dict[str, list[tuple[ActiveEffect, float]]]:
+    """The estimated lag and delay of each channel, with the standard deviation."""
+    deviations, index = np.sqrt(np.diag(errors.covariance)), 0
+    rows: dict[str, list[tuple[ActiveEffect, float]]] = {}
     for active in errors.effects:
-        if active.values:
-            rows.append((active, float(deviations[index])))
+        if active.values and active.effect.kind in DELAY_KINDS:
+            rows.setdefault(active.effect.where, []).append((active, float(deviations[index])))
         index += len(active.values)
     return rows

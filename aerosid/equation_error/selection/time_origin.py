@@ -18,6 +18,7 @@ import numpy as np
 
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
+from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.candidates import with_hypothesis
@@ -123,7 +124,7 @@ def _from_other_origin(
     point = selected.estimate.point
     for each in early:
         point = point_without(point, each.hypothesis)
-    point = replace(point, effects=tuple(_later(active, shift) for active in point.effects))
+    point = _later(point, shift)
     chosen = [each for each in selected.chosen if each not in early]
     timed = {each.hypothesis.where for each in selected.chosen if each.hypothesis.kind in DELAY_KINDS}
     for hypothesis in hypotheses:
@@ -135,8 +136,14 @@ def _from_other_origin(
     return SelectedStructure(found, tuple(chosen))
 
 
-def _later(active: ActiveEffect, shift: float) -> ActiveEffect:
-    """A free delay increased by the shift; any other effect unchanged."""
-    if active.effect.kind not in DELAY_KINDS or not active.values:
-        return active
-    return active.perturbed(0, shift)
+def _later(point: Point, shift: float) -> Point:
+    """The point with every free delay increased by the shift, s; of a lag and a delay of one channel the delay."""
+    delayed = {each.effect.where for each in point.effects if each.effect.kind == DELAY and each.values}
+
+    def moved(active: ActiveEffect) -> ActiveEffect:
+        is_delay = active.effect.kind == DELAY or active.effect.where not in delayed
+        if active.effect.kind not in DELAY_KINDS or not active.values or not is_delay:
+            return active
+        return active.perturbed(0, shift)
+
+    return replace(point, effects=tuple(map(moved, point.effects)))

@@ -27,8 +27,8 @@ from aerosid.equation_error.selection.alternatives import (
 from aerosid.equation_error.selection.candidates import is_instrument_error, with_hypothesis
 from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, JointErrors, kinematic_errors, with_errors_held
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
-from aerosid.equation_error.selection.placed_vane import PlacedVane, likeliest_place
-from aerosid.equation_error.selection.redundancy import share_a_distance
+from aerosid.equation_error.selection.profiled_error import ProfiledError, likeliest_value
+from aerosid.equation_error.selection.redundancy import is_timing_of, share_a_distance
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
     SelectedStructure,
@@ -43,10 +43,11 @@ MOVED_BY = {"alpha": "q_hat", "beta": "r_hat"}
 
 
 class IdentifiedVane(NamedTuple):
-    """A position that both kinds of equations show together, with its gain in ln L, and what its delay is without it.
+    """A position or dead time that both kinds of equations show together, and what its delay is without it.
 
-    `timing` with its value alone, `std_error` of that; `instead` what is identified beside the delay alone and not with
-    the position; `unplaced` other vanes that are late, of which no position was looked for beside this one.
+    `effect` with its gain in ln L; `timing` with its value alone, `std_error` of that; `instead` what is identified
+    beside the delay alone and not with the effect; `unplaced` other vanes that are late, of which neither was looked
+    for beside this one.
     """
 
     effect: SelectedEffect
@@ -62,7 +63,7 @@ def likelier_places(
     structure: SelectedStructure,
     hypotheses: Sequence[Hypothesis],
     criterion: SelectionCriterion,
-) -> Iterator[PlacedVane]:
+) -> Iterator[ProfiledError]:
     """Vanes ahead of the centre of gravity by more than their penalty, each beside the delay that was selected for it.
 
     Neither a delay alone nor a lag alone explains as much, nor either with a term in the rate that moves the vane.
@@ -81,14 +82,14 @@ def likelier_places(
         if hypothesis is None:
             continue
         penalty = criterion.penalty(hypothesis)
-        selected = PlacedVane(hypothesis, each.hypothesis, 0.0, identified, errors, structure.estimate)
+        selected = ProfiledError(hypothesis, each.hypothesis, 0.0, identified, errors, structure.estimate)
         instead = _in_place_of(hypothesis, [*identified.chosen, *structure.chosen])
         point = structure.estimate.point
         least = selected.log_likelihood - sum(criterion.penalty_at(other.hypothesis, point) for other in instead)
         begun = selected if not instead else _without(selected, instead)
         if begun.line.step <= 0.0 or begun.line.gain < TRIALS.asked * penalty:
             continue
-        found = likeliest_place(begun)
+        found = likeliest_value(begun)
         if found.log_likelihood - penalty <= max(begun.log_likelihood, least):
             continue
         rivals = _rivals(begun, each, hypotheses, criterion)
@@ -109,7 +110,7 @@ def _in_place_of(hypothesis: Hypothesis, chosen: Sequence[SelectedEffect]) -> li
     ]
 
 
-def _without(selected: PlacedVane, instead: Sequence[SelectedEffect]) -> PlacedVane:
+def _without(selected: ProfiledError, instead: Sequence[SelectedEffect]) -> ProfiledError:
     """The structure without some errors and terms, all else re-estimated, the vane as declared."""
     identified, found = selected.identified, selected.coefficients
     others = found.point.effects[len(identified.estimate.point.effects) :]
@@ -130,7 +131,7 @@ class _Rival:
     """What may explain as much with the vane as declared; `penalty`: of what it has beside the delay."""
 
     hypothesis: Hypothesis
-    estimated: PlacedVane
+    estimated: ProfiledError
     penalty: float
 
     @property
@@ -138,7 +139,7 @@ class _Rival:
         """The joint ln L less the penalty."""
         return self.estimated.log_likelihood - self.penalty
 
-    def as_alternative_to(self, found: PlacedVane, margin: float) -> Alternative:
+    def as_alternative_to(self, found: ProfiledError, margin: float) -> Alternative:
         """As alternative of the position; a delay with its joint estimate."""
         estimated, coefficients = self.estimated, self.estimated.coefficients
         active, value, error = None, 0.0, 0.0
@@ -152,7 +153,7 @@ class _Rival:
 
 
 def _rivals(
-    begun: PlacedVane, timing: SelectedEffect, hypotheses: Sequence[Hypothesis], criterion: SelectionCriterion
+    begun: ProfiledError, timing: SelectedEffect, hypotheses: Sequence[Hypothesis], criterion: SelectionCriterion
 ) -> list[_Rival]:
     """The time delay of either kind without the position, alone and with a term in the rate that moves the vane."""
     found = [_Rival(begun.timing, begun, 0.0), _Rival(begun.timing, begun.moved_to(0.0), 0.0)]
@@ -175,7 +176,7 @@ def _rivals(
     return found
 
 
-def _alternatives(found: PlacedVane, rivals: Sequence[_Rival], gain: float) -> tuple[Alternative, ...]:
+def _alternatives(found: ProfiledError, rivals: Sequence[_Rival], gain: float) -> tuple[Alternative, ...]:
     """The rivals that are no worse than an alternative may be, the likeliest of each name; `gain` of both in ln L."""
     settings = found.coefficients.problem.settings
     margin = alike_margin(settings.alike_instruments, gain)
@@ -195,8 +196,9 @@ def _place_of(
 ) -> Hypothesis | None:
     """The undeclared position of the vane whose time delay was selected; None where there is nothing to be found."""
     channel = timing.hypothesis.where
-    if timing.hypothesis.kind not in DELAY_KINDS or channel not in MOVED_BY:
-        return None
+    timings = [each for each in identified.chosen if is_timing_of(each, channel)]
+    if timing not in timings or len(timings) > 1 or channel not in MOVED_BY:
+        return None  # a position beside both a lag and a dead time would be a third number for one lateness
     # Zero is a position too: of a flow angle that was already referred to the centre of gravity.
     if any(channel in each.manoeuvre.log.positions for each in identified.estimate.problem.recordings):
         return None
