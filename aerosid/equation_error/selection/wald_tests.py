@@ -63,12 +63,13 @@ class EffectEstimate:
     def ratio(self) -> float:
         """Distance from the null value in standard errors; of several parameters the most significant one counts.
 
-        Of a step change its size alone: the instant has no null value. Zero for a parameter that the fitted records do
-        not determine, whose variance is left at zero.
+        Of a step change its size alone: the instant has no null value. Of flow separation the angle at which it begins:
+        where that is not known, a curve that lags stands for something else. Zero for a parameter that the fitted
+        records do not determine, whose variance is left at zero.
         """
         if self.active is not None and abs(self.value - self.null) < self.active.effect.parameters[0].least:
             return 0.0
-        if self.active is None or len(self.active.values) == 1 or is_step_change(self.active):
+        if self.active is None or len(self.active.values) == 1 or has_one_leading_parameter(self.active):
             return abs(self.value - self.null) / self.std_error if self.std_error > 0.0 else 0.0
         ratios = [
             abs(value - parameter.null) / error
@@ -78,6 +79,11 @@ class EffectEstimate:
             if error > 0.0
         ]
         return max(ratios, default=0.0)
+
+
+def has_one_leading_parameter(active: ActiveEffect) -> bool:
+    """Whether the first of an effect's parameters alone says whether it exists."""
+    return is_step_change(active) or active.effect.kind == "flow_separation"
 
 
 def null_value(active: ActiveEffect | None) -> float:
