@@ -99,6 +99,26 @@ def test_one_alone_stays_alone(body: Body, seed: int, lag: float, delay: float, 
     assert found.vane is None
 
 
+@pytest.mark.parametrize(
+    ("lag", "delay"), [(0.1, 0.0), pytest.param(0.0, 0.06, marks=pytest.mark.slow)], ids=["lag", "delay"]
+)
+def test_in_strong_gusts_a_late_vane_is_shown_by_forces_and_moments(lag: float, delay: float) -> None:
+    """Kinematics do not show it there; C_X was given a term in the elevator, and derivatives were five s.e. off."""
+    found = decision(GLIDER, SEED + 120, lag, delay, 1.0)
+    kind, true = ("sensor_lag", lag) if lag else ("sensor_delay", delay)
+    assert set(named(found)) == {(kind, "alpha")}
+    value, error = named(found)[kind, "alpha"]
+    assert abs(value - true) < 4.0 * error
+    # Their gain has to be that of no chance; kinematics may not contradict them, and gain next to nothing.
+    assert found.joint_evidence[kind, "alpha", ""].credit == 0.0
+
+
+@pytest.mark.slow
+def test_an_early_vane_is_not_told_by_forces_and_moments_alone() -> None:
+    """Lift and moments that lag the flow angle make it look early."""
+    assert ("sensor_delay", "alpha") not in named(decision(GLIDER, SEED + 130, 0.0, -0.05, 1.0))
+
+
 def test_kinematics_find_both_of_an_attitude_and_no_lag_with_a_lead() -> None:
     wrong = Wrong(delay={"theta": 0.1}, lag={"theta": 0.2})
     logs = [flown(name, TWIN, SEED + 110 + n, air=0.5, wrong=wrong, seconds=40.0) for n, name in enumerate("ab")]

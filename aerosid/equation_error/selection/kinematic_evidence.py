@@ -2,16 +2,18 @@
 
 In moving air the time delay of a vane, the bias of a pitot tube or the position of a lateral accelerometer is a small
 part of the residual of its kinematic equation, and a large part of the residuals of the coefficients. Coefficients
-alone cannot identify an instrument error: unsteady lift has the same signature. Where kinematics support the error too,
+alone cannot identify an instrument error: a term may have the same signature. Where kinematics support the error too,
 with the same parameters, the likelihoods of both are multiplied (independent measurements; Klein & Morelli, Aircraft
-System Identification, eq. 5.31). Three errors are candidates without kinematic support, and must agree with the
-kinematics. The bias of airspeed acts on every coefficient by one parameter, where terms would need one each. A position
-of the lateral accelerometer acts on the side force by angular accelerations, of which no term is a function: several
-terms of the moments' would be needed, and gusts on the vane hide it in the kinematics of a large aircraft. So does one
-of the longitudinal accelerometer above or below its place on the axial force, in pitch alone too: a displaced centre of
-gravity, which kinematics do not show either, would be named in its place. Where no vane measures sideslip the lateral
-one is estimated from the coefficients alone: there the path is the accelerometer's own. So is a time delay of the
-airspeed where no accelerometer gives it a path to be compared with: the axial force is then formed from its rate.
+System Identification, eq. 5.31). Four errors are candidates without kinematic support, and must agree with the
+kinematics. The bias of airspeed acts on every coefficient by one parameter, where terms would need one each. So does a
+late vane in gusts, in pitch alone: all forces and moments answer the gusts that it reads late, and where they lag it
+looks early, not late. A position of the lateral accelerometer acts on the side force by angular accelerations,
+of which no term is a function: several terms of the moments' would be needed, and gusts on the vane hide it in the
+kinematics of a large aircraft. So does one of the longitudinal accelerometer above or below its place on the axial
+force, in pitch alone too: a displaced centre of gravity, which kinematics do not show either, would be named in its
+place. Where no vane measures sideslip the lateral one is estimated from the coefficients alone: there the path is the
+accelerometer's own. So is a time delay of the airspeed where no accelerometer gives it a path to be compared with: the
+axial force is then formed from its rate.
 """
 
 from __future__ import annotations
@@ -45,6 +47,10 @@ LEAST_DELAY = 0.15
 """Design: least delay of the airspeed, s, that the axial force shows by itself. A late airspeed adds nearly a part of
 C_X alpha, and the noise of the air data takes as much as a delay of .02 s adds, of one aircraft .1 s (flights of
 benchmarks/turbulent_flights.py without accelerometers in calm air, seeds 940000 to 960000)."""
+
+LEAST_VANE_DELAY = 0.02
+"""Design: least delay of a flow angle, s, that coefficients show without kinematics; the filters of a recorder's
+channels may differ by as much. Lift or a moment that lags the flow angle makes the vane look early."""
 
 AXIAL_FORCE = "C_X"
 """The coefficient affected by the height of its accelerometer."""
@@ -83,10 +89,12 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
         is_significant = is_significant and gain > gain_required
+        least = LEAST_VANE_DELAY if _is_timing_of_a_vane(hypothesis) and not is_significant else -np.inf
         if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis, axes))):
             return None
         # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
-        return KinematicEvidence(active.values, covariance, gain, 0.0 if hypothesis.kind in DELAY_KINDS else gain)
+        credit = 0.0 if hypothesis.kind in DELAY_KINDS else gain
+        return KinematicEvidence(active.values, covariance, gain, credit, least)
 
     fits = mapped(fitted, list(best.values()))
     evidence = {name: fit for name, fit in zip(best, fits, strict=True) if fit is not None}
@@ -135,7 +143,8 @@ def needs_no_support(hypothesis: Hypothesis, axes: Axes) -> bool:
     is_few = hypothesis.parameters == 1 or hypothesis.where == MEASURED_BY[SIDE_FORCE]
     is_place = is_few and _is_position_of_accelerometer(hypothesis)
     is_told_apart = axes != LONGITUDINAL or hypothesis.where == MEASURED_BY[AXIAL_FORCE]
-    return affects_all_coefficients(hypothesis) or (is_place and is_told_apart)
+    told_by_gusts = _is_timing_of_a_vane(hypothesis) and axes == LONGITUDINAL
+    return affects_all_coefficients(hypothesis) or (is_place and is_told_apart) or told_by_gusts
 
 
 def affects_all_coefficients(hypothesis: Hypothesis) -> bool:
@@ -164,6 +173,11 @@ def _fewest_axes(evidence: Mapping[Name, KinematicEvidence], margin: float) -> d
         if all(row.gain > other.gain + margin or max(row.gain, other.gain) <= margin for other in of_sensor):
             retained[name] = row
     return retained
+
+
+def _is_timing_of_a_vane(hypothesis: Hypothesis) -> bool:
+    """Whether a hypothesis is a delay or lag of a flow angle."""
+    return hypothesis.kind in DELAY_KINDS and hypothesis.where in VANE_OF.values()
 
 
 def _is_lateral_position(hypothesis: Hypothesis) -> bool:
