@@ -210,7 +210,8 @@ def _selected_with_vane(
         placed, vane = _selected_with(begun, errors, coefficients, values)
         gain = _penalised(placed, errors.criterion) - _penalised(alone, errors.criterion)
         if vane.is_confirmed and gain > criterion.penalty(vane.hypothesis) and not worsens(vane.coefficients):
-            unplaced = tuple({other.timing.where: 0 for other in begun_at if other.timing.where != begun.timing.where})
+            others = (other.timing.where for other in begun_at if other.timing.where != begun.timing.where)
+            unplaced = tuple(dict.fromkeys(others))
             confirmed.append((gain, _with_vane(alone, placed, begun, vane, unplaced)))
     return max(confirmed, key=lambda pair: pair[0])[1] if confirmed else alone
 

@@ -125,6 +125,16 @@ def test_without_a_normal_accelerometer_kinematics_tell_nothing_of_the_height_of
     assert row.gain_at((-0.7,)) == 0.0
 
 
+def test_a_vane_that_is_compared_with_nothing_is_not_told_to_be_late() -> None:
+    """Gusts at it show its delay where the accelerometers feel them; forces from its own rate do not."""
+    body = BODIES[1]
+    logs = [without_accelerometers(flown(name, body, SEEDS + 70 + n, air=0.5), 0.0) for n, name in enumerate("ab")]
+    errors = identified(aircraft_of(body, 0.08, np.random.default_rng(SEEDS + 70)), logs[:1], logs[1:])
+    sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
+    evidence = kinematic_evidence(errors.selected, sensors)
+    assert not [name for name in evidence if name[:2] in (("sensor_delay", "alpha"), ("sensor_lag", "alpha"))]
+
+
 @pytest.mark.parametrize("late", [0.3, 0.0])
 def test_without_accelerometers_a_late_airspeed_is_shown_by_the_axial_force(late: float) -> None:
     """In its place C_X had a term in V_hat or q_hat, with derivatives up to twelve standard errors off."""

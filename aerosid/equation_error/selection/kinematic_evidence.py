@@ -27,6 +27,7 @@ from aerosid.compiled.cores import mapped
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.kinds import PositionEffect
 from aerosid.equation_error.equations.channels import AIRSPEED, MEASURED_BY, VANE_OF
+from aerosid.equation_error.equations.recording import has_inertial_path
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
 from aerosid.equation_error.selection.candidate_scores import score_candidates
@@ -68,10 +69,16 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     others = [h for h in sensors if h.kind not in DELAY_KINDS or h.where not in timed]
     eligible = non_redundant([h for h in others if _is_eligible(h, axes)], identified.chosen)
     candidates = effect_candidates(base.problem, base, eligible)
+    has_path = all(map(has_inertial_path, base.problem.recordings))
+
+    def may_lack_support(hypothesis: Hypothesis) -> bool:
+        # Without accelerometers the forces are those of the flow angle's own rate, and answer no gusts.
+        return needs_no_support(hypothesis, axes) and (has_path or not _is_timing_of_a_vane(hypothesis))
+
     best: dict[Name, int] = {}
     gains = score_candidates(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= PROMISING * gain_required or needs_no_support(candidates[n].hypothesis, axes):
+        if gains[n] >= PROMISING * gain_required or may_lack_support(candidates[n].hypothesis):
             best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> KinematicEvidence | None:
@@ -90,9 +97,9 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
         is_significant = is_significant and gain > gain_required
         least = LEAST_VANE_DELAY if _is_timing_of_a_vane(hypothesis) and not is_significant else -np.inf
-        if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis, axes))):
+        if not (within_limits(found, hypothesis) and (is_significant or may_lack_support(hypothesis))):
             return None
-        # Unsteady lift looks like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
+        # A term may look like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         credit = 0.0 if hypothesis.kind in DELAY_KINDS else gain
         return KinematicEvidence(active.values, covariance, gain, credit, least)
 
