@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +27,22 @@ from aerosid.search.hypotheses import effect_hypotheses, term_hypotheses
 def decided(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> EquationErrorDecision:
     a_priori = {(d.coefficient, d.term): (d.value, d.sigma) for d in aircraft.derivatives if d.sigma is not None}
     return decide(identified(aircraft, logs, others), aircraft.coefficients, declared=a_priori)
+
+
+def named_values(found: EquationErrorDecision) -> dict[tuple[str, str], tuple[float, float]]:
+    """Value and standard error of every finding, by kind and place."""
+    return {(row.hypothesis.kind, row.hypothesis.where): (row.value, row.std_error) for row in found.findings}
+
+
+def terms_lie_within(found: EquationErrorDecision, truth: Mapping[tuple[str, str], float], deviations: float) -> bool:
+    """Whether every term of the completed structure is as true as its standard error says."""
+    errors = np.sqrt(np.diag(found.covariance))
+    values = zip(found.completed.design.unknowns, found.completed.solution.values, errors, strict=True)
+    return all(
+        abs(value - truth[entry[0], str(entry[1])]) < deviations * error
+        for (kind, entry, *_), value, error in values
+        if kind == "term"
+    )
 
 
 def identified(aircraft: Aircraft, logs: list[FlightLog], others: list[FlightLog]) -> InstrumentErrors:

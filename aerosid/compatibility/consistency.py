@@ -23,7 +23,7 @@ from aerosid.effects.limits import OFFERED
 from aerosid.effects.sensor import sensor_offers
 from aerosid.equation_error.equations.instrumental_variables import is_control
 from aerosid.equation_error.selection.instrument_errors import identify_instrument_errors
-from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
+from aerosid.equation_error.selection.joint_errors import DELAY, DELAY_KINDS
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre
 from aerosid.flight_model.aerodynamics import AerodynamicModel
@@ -167,7 +167,7 @@ def _finds_delays(identified: KinematicConsistency | None, contradictory: Kinema
     findings = identified.findings if identified is not None else ()
     timings = [each for each in findings if each.kind in DELAY_KINDS]
     late = {each.where: sum(other.value for other in timings if other.where == each.where) for each in timings}
-    delays = {each.where: late[each.where] for each in timings if each.kind == "sensor_delay"}
+    delays = {each.where: late[each.where] for each in timings if each.kind == DELAY}
 
     def is_found(channel: str, by: float) -> bool:
         same = USUAL.contradiction.same_delay

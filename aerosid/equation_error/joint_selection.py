@@ -41,6 +41,7 @@ from aerosid.equation_error.selection.dead_time import likelier_dead_times
 from aerosid.equation_error.selection.instrument_errors import InstrumentErrors
 from aerosid.equation_error.selection.joint_errors import (
     JointErrors,
+    is_timing_of,
     is_within,
     joint_errors,
     kinematic_errors,
@@ -50,7 +51,6 @@ from aerosid.equation_error.selection.kinematic_evidence import kinematic_eviden
 from aerosid.equation_error.selection.lag_exchange import resolve_lag_exchange
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion, criterion_for
 from aerosid.equation_error.selection.profiled_error import ProfiledError, likeliest_value
-from aerosid.equation_error.selection.redundancy import is_timing_of
 from aerosid.equation_error.selection.rotary_gusts import rotary_gusts_shown, with_rotary_gusts
 from aerosid.equation_error.selection.selection_rounds import add_terms_at_raised_odds, select_structure
 from aerosid.equation_error.selection.structure import (
@@ -226,7 +226,8 @@ def _with_vane(
     gain = vane.log_likelihood - alone.log_likelihood
     effect = SelectedEffect(vane.hypothesis, kinematic=False, gain=gain)
     instead = alone.outcome.structure.labels_not_in(outcome.structure)
-    (timing,) = (each.hypothesis for each in alone.identified.chosen if is_timing_of(each, begun.timing.where))
+    chosen = (each.hypothesis for each in alone.identified.chosen)
+    (timing,) = (hypothesis for hypothesis in chosen if is_timing_of(hypothesis, begun.timing.where))
     found = IdentifiedVane(effect, *alone.outcome.errors.estimate_of(timing), instead, unplaced)
     return placed._replace(outcome=outcome, alternatives=alternatives, vane=found)
 

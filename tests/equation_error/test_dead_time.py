@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from equations_decided import decided, identified
+from equations_decided import decided, identified, named_values, terms_lie_within
 
 from aerosid.aircraft import Aircraft
 from aerosid.equation_error.decision import EquationErrorDecision
@@ -35,10 +35,6 @@ def decision(body: Body, seed: int, lag: float, delay: float, air: float) -> Equ
     return decided(*flights(body, seed, lag, delay, air))
 
 
-def named(found: EquationErrorDecision) -> dict[tuple[str, str], tuple[float, float]]:
-    return {(row.hypothesis.kind, row.hypothesis.where): (row.value, row.std_error) for row in found.findings}
-
-
 IN_GUSTS = (TRAINER, SEED + 30, 0.1, 0.1, 1.0)
 
 CASES = [
@@ -57,16 +53,12 @@ def test_both_are_identified_and_nothing_in_their_place(
     body: Body, seed: int, lag: float, delay: float, air: float
 ) -> None:
     found = decision(body, seed, lag, delay, air)
-    rows = named(found)
+    rows = named_values(found)
     assert set(rows) == {("sensor_lag", "alpha"), ("sensor_delay", "alpha")}
     for kind, true in (("sensor_lag", lag), ("sensor_delay", delay)):
         value, error = rows[kind, "alpha"]
         assert abs(value - true) < 4.0 * error
-    errors = np.sqrt(np.diag(found.covariance))
-    values = zip(found.completed.design.unknowns, found.completed.solution.values, errors, strict=True)
-    for (kind, entry, *_), value, error in values:
-        if kind == "term":
-            assert abs(value - body.terms[entry[0], str(entry[1])]) < 4.0 * error
+    assert terms_lie_within(found, body.terms, 4.0)
 
 
 def test_where_forces_tell_them_apart_the_remark_says_what_one_of_them_leaves() -> None:
@@ -93,8 +85,8 @@ def test_where_forces_tell_them_apart_the_remark_says_what_one_of_them_leaves() 
 def test_one_alone_stays_alone(body: Body, seed: int, lag: float, delay: float, air: float) -> None:
     found = decision(body, seed, lag, delay, air)
     kind, true = ("sensor_lag", lag) if lag else ("sensor_delay", delay)
-    assert set(named(found)) == {(kind, "alpha")}
-    value, error = named(found)[kind, "alpha"]
+    assert set(named_values(found)) == {(kind, "alpha")}
+    value, error = named_values(found)[kind, "alpha"]
     assert abs(value - true) < 4.0 * error
     assert found.vane is None
 
@@ -106,8 +98,8 @@ def test_in_strong_gusts_a_late_vane_is_shown_by_forces_and_moments(lag: float, 
     """Kinematics do not show it there; C_X was given a term in the elevator, and derivatives were five s.e. off."""
     found = decision(GLIDER, SEED + 120, lag, delay, 1.0)
     kind, true = ("sensor_lag", lag) if lag else ("sensor_delay", delay)
-    assert set(named(found)) == {(kind, "alpha")}
-    value, error = named(found)[kind, "alpha"]
+    assert set(named_values(found)) == {(kind, "alpha")}
+    value, error = named_values(found)[kind, "alpha"]
     assert abs(value - true) < 4.0 * error
     # Their gain has to be that of no chance; kinematics may not contradict them, and gain next to nothing.
     assert found.joint_evidence[kind, "alpha", ""].credit == 0.0
@@ -116,7 +108,7 @@ def test_in_strong_gusts_a_late_vane_is_shown_by_forces_and_moments(lag: float, 
 @pytest.mark.slow
 def test_an_early_vane_is_not_told_by_forces_and_moments_alone() -> None:
     """Lift and moments that lag the flow angle make it look early."""
-    assert ("sensor_delay", "alpha") not in named(decision(GLIDER, SEED + 130, 0.0, -0.05, 1.0))
+    assert ("sensor_delay", "alpha") not in named_values(decision(GLIDER, SEED + 130, 0.0, -0.05, 1.0))
 
 
 def test_kinematics_find_both_of_an_attitude_and_no_lag_with_a_lead() -> None:

@@ -17,16 +17,12 @@ from aerosid.effects.hypothesis import Hypothesis
 from aerosid.equation_error.equations.points import Point
 from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.candidates import with_hypothesis
-from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, JointErrors
+from aerosid.equation_error.selection.joint_errors import DELAY, DELAY_KINDS, LAG, JointErrors, is_timing_of
 from aerosid.equation_error.selection.penalties import SelectionCriterion
 from aerosid.equation_error.selection.profiled_error import ProfiledError, likeliest_value
-from aerosid.equation_error.selection.redundancy import is_timing_of
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, point_without
 from aerosid.equation_error.selection.vane_position import MOVED_BY
 from aerosid.equation_error.settings import TRIALS
-
-LAG, DELAY = "sensor_lag", "sensor_delay"
-"""Standard: the kinds of effect of a first-order element and of a dead time between an output and its record."""
 
 
 def is_causal(point: Point) -> bool:
@@ -85,14 +81,14 @@ def _lag_and_delay(
 ) -> tuple[Hypothesis, Hypothesis] | None:
     """Hypotheses of a lag and of a delay of a vane of which one was selected; None where it has both or neither."""
     channel = timing.hypothesis.where
-    if channel not in MOVED_BY or not is_timing_of(timing, channel):
+    if channel not in MOVED_BY or not is_timing_of(timing.hypothesis, channel):
         return None
     timings = [
         active
         for active in identified.estimate.point.effects
         if active.effect.kind in DELAY_KINDS and active.effect.where == channel
     ]
-    found = {h.kind: h for h in hypotheses if h.where == channel and h.kind in DELAY_KINDS and h.effects}
+    found = {h.kind: h for h in hypotheses if is_timing_of(h, channel) and h.effects}
     if len(timings) > 1 or len(found) < 2 or not timings[0].values or timings[0].values[0] <= 0.0:
         return None
     return found[LAG], found[DELAY]

@@ -37,13 +37,13 @@ from aerosid.equation_error.selection.candidates import (
 )
 from aerosid.equation_error.selection.dead_time import is_causal
 from aerosid.equation_error.selection.instrument_error_choice import CoefficientCheck, choose_by_coefficients
-from aerosid.equation_error.selection.joint_errors import JointErrors, free_values
+from aerosid.equation_error.selection.joint_errors import DELAY, JointErrors, free_values
 from aerosid.equation_error.selection.pairwise_selection import add_pair
 from aerosid.equation_error.selection.penalties import SelectionCriterion, criterion_for
 from aerosid.equation_error.selection.redundancy import share_a_distance
 from aerosid.equation_error.selection.stepwise import forward_selection, recordings_agree, structure_key
 from aerosid.equation_error.selection.structure import SelectedEffect, SelectedStructure, structure_without
-from aerosid.equation_error.selection.time_origin import DELAY, with_other_time_origin
+from aerosid.equation_error.selection.time_origin import with_other_time_origin
 from aerosid.equation_error.selection.wald_tests import least_significant
 from aerosid.equation_error.settings import EquationErrorSettings
 from aerosid.estimation.manoeuvre import Manoeuvre

@@ -30,7 +30,10 @@ Array = NDArray[np.float64]
 SIDE_FORCE = "C_Y"
 """The coefficient affected by the position of its accelerometer and of the sideslip vane."""
 
-DELAY_KINDS = frozenset({"sensor_delay", "sensor_lag"})
+LAG, DELAY = "sensor_lag", "sensor_delay"
+"""Standard: the kinds of effect of a first-order element and of a dead time between an output and its record."""
+
+DELAY_KINDS = frozenset({DELAY, LAG})
 """Kinds whose parameter is the time by which a channel is late."""
 
 STEPS = 6
@@ -71,6 +74,11 @@ class JointErrors:
         """An estimated error, and the standard error of its first parameter."""
         index, number = self.indices_of(hypothesis)
         return self.effects[index], float(np.sqrt(self.covariance[number, number]))
+
+
+def is_timing_of(hypothesis: Hypothesis, channel: str) -> bool:
+    """Whether a hypothesis is a channel's lag or delay."""
+    return hypothesis.kind in DELAY_KINDS and hypothesis.where == channel
 
 
 def kinematic_errors(identified: Estimate) -> JointErrors:

@@ -70,15 +70,10 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     eligible = non_redundant([h for h in others if _is_eligible(h, axes)], identified.chosen)
     candidates = effect_candidates(base.problem, base, eligible)
     has_path = all(map(has_inertial_path, base.problem.recordings))
-
-    def may_lack_support(hypothesis: Hypothesis) -> bool:
-        # Without accelerometers the forces are those of the flow angle's own rate, and answer no gusts.
-        return needs_no_support(hypothesis, axes) and (has_path or not _is_timing_of_a_vane(hypothesis))
-
     best: dict[Name, int] = {}
     gains = score_candidates(base, candidates).gains
     for n in np.argsort(-gains):
-        if gains[n] >= PROMISING * gain_required or may_lack_support(candidates[n].hypothesis):
+        if gains[n] >= PROMISING * gain_required or needs_no_support(candidates[n].hypothesis, axes, has_path):
             best.setdefault(distinct_name(candidates[n].hypothesis), int(n))
 
     def fitted(n: int) -> KinematicEvidence | None:
@@ -97,7 +92,7 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
         is_significant = is_significant and gain > gain_required
         least = LEAST_VANE_DELAY if _is_timing_of_a_vane(hypothesis) and not is_significant else -np.inf
-        if not (within_limits(found, hypothesis) and (is_significant or may_lack_support(hypothesis))):
+        if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis, axes, has_path))):
             return None
         # A term may look like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         credit = 0.0 if hypothesis.kind in DELAY_KINDS else gain
@@ -142,15 +137,17 @@ def _is_unobserved(hypothesis: Hypothesis, compared: Collection[str]) -> bool:
     return hypothesis.where == MEASURED_BY[SIDE_FORCE] and VANE_OF[SIDE_FORCE] not in compared
 
 
-def needs_no_support(hypothesis: Hypothesis, axes: Axes) -> bool:
+def needs_no_support(hypothesis: Hypothesis, axes: Axes, has_path: bool) -> bool:
     """Whether coefficients alone may show an error that kinematics do not contradict: no few terms stand for it.
 
     In pitch alone a position of the normal accelerometer is told from a late vane by little else than kinematics.
+    `has_path`: whether all records have accelerometers; without, the forces are those of the flow angle's own rate, and
+    answer no gusts.
     """
     is_few = hypothesis.parameters == 1 or hypothesis.where == MEASURED_BY[SIDE_FORCE]
     is_place = is_few and _is_position_of_accelerometer(hypothesis)
     is_told_apart = axes != LONGITUDINAL or hypothesis.where == MEASURED_BY[AXIAL_FORCE]
-    told_by_gusts = _is_timing_of_a_vane(hypothesis) and axes == LONGITUDINAL
+    told_by_gusts = _is_timing_of_a_vane(hypothesis) and has_path and axes == LONGITUDINAL
     return affects_all_coefficients(hypothesis) or (is_place and is_told_apart) or told_by_gusts
 
 

@@ -78,11 +78,6 @@ def non_redundant(
     return [h for h in hypotheses if h.label not in taken and not any(_excludes(each, h) for each in chosen)]
 
 
-def is_timing_of(each: SelectedEffect, channel: str) -> bool:
-    """Whether a selected effect is a channel's lag or delay."""
-    return each.hypothesis.kind in DELAY_KINDS and each.hypothesis.where == channel
-
-
 def without_held_timings(hypotheses: Iterable[Hypothesis], point: Point) -> list[Hypothesis]:
     """The hypotheses without delays of channels that have one held at a value, as a vane's dead time beside its lag."""
     held = {active.name for active in point.effects if active.effect.kind in DELAY_KINDS and not active.values}

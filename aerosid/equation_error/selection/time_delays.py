@@ -19,6 +19,7 @@ from aerosid.equation_error.selection.alternatives import Alternative, replaceme
 from aerosid.equation_error.selection.joint_errors import (
     DELAY_KINDS,
     JointErrors,
+    is_timing_of,
     joint_errors,
     kinematic_errors,
     with_errors_held,
@@ -152,7 +153,7 @@ def likeliest_delay_kinds(
         current = estimated(identified, each.hypothesis, each.gain)
         models = [current]
         for row in replacements_of(identified, each, sensors):
-            if row.hypothesis.kind in DELAY_KINDS and row.hypothesis.where == each.hypothesis.where:
+            if is_timing_of(row.hypothesis, each.hypothesis.where):
                 alternative = SelectedStructure(
                     row.estimate, (*rest, SelectedEffect(row.hypothesis, each.kinematic, row.gain))
                 )

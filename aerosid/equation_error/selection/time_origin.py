@@ -23,7 +23,7 @@ from aerosid.equation_error.regression.estimate import estimate
 from aerosid.equation_error.selection.alternatives import with_replacements
 from aerosid.equation_error.selection.candidates import with_hypothesis
 from aerosid.equation_error.selection.instrument_error_choice import CoefficientCheck
-from aerosid.equation_error.selection.joint_errors import DELAY_KINDS
+from aerosid.equation_error.selection.joint_errors import DELAY, DELAY_KINDS
 from aerosid.equation_error.selection.penalties import SelectionCriterion, effects_of
 from aerosid.equation_error.selection.stepwise import Admitted, eliminate_by_penalty, forward_selection
 from aerosid.equation_error.selection.structure import (
@@ -34,9 +34,6 @@ from aerosid.equation_error.selection.structure import (
     point_without,
     structure_without,
 )
-
-DELAY = "sensor_delay"
-"""The kind whose parameter may have either sign."""
 
 PREFERENCE = 50.0
 """Design: gain in ln L, 1, by which all equations together must prefer late channels where kinematics prefer an early

@@ -25,10 +25,10 @@ from aerosid.equation_error.selection.alternatives import (
     replacements_of,
 )
 from aerosid.equation_error.selection.candidates import is_instrument_error, with_hypothesis
-from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, JointErrors, kinematic_errors, with_errors_held
+from aerosid.equation_error.selection.joint_errors import JointErrors, is_timing_of, kinematic_errors, with_errors_held
 from aerosid.equation_error.selection.penalties import Label, SelectionCriterion
 from aerosid.equation_error.selection.profiled_error import ProfiledError, likeliest_value
-from aerosid.equation_error.selection.redundancy import is_timing_of, share_a_distance
+from aerosid.equation_error.selection.redundancy import share_a_distance
 from aerosid.equation_error.selection.structure import (
     SelectedEffect,
     SelectedStructure,
@@ -160,7 +160,7 @@ def _rivals(
     rest = tuple(other for other in begun.identified.chosen if other is not timing)
     sensors = [hypothesis for hypothesis in hypotheses if is_instrument_error(hypothesis)]
     for row in replacements_of(begun.identified, timing, sensors):
-        if row.hypothesis.kind in DELAY_KINDS and row.hypothesis.where == timing.hypothesis.where:
+        if is_timing_of(row.hypothesis, timing.hypothesis.where):
             other = SelectedStructure(row.estimate, (*rest, SelectedEffect(row.hypothesis, True, row.gain)))
             found.append(_Rival(row.hypothesis, replace(begun, identified=other).moved_to(0.0), 0.0))
     at = begun.coefficients
@@ -196,7 +196,7 @@ def _place_of(
 ) -> Hypothesis | None:
     """The undeclared position of the vane whose time delay was selected; None where there is nothing to be found."""
     channel = timing.hypothesis.where
-    timings = [each for each in identified.chosen if is_timing_of(each, channel)]
+    timings = [each for each in identified.chosen if is_timing_of(each.hypothesis, channel)]
     if timing not in timings or len(timings) > 1 or channel not in MOVED_BY:
         return None  # a position beside both a lag and a dead time would be a third number for one lateness
     # Zero is a position too: of a flow angle that was already referred to the centre of gravity.
