@@ -97,7 +97,9 @@ def test_cached_kinematic_equations_match_fresh_ones() -> None:
         design = problem.design(point)
         for segment, target in zip(problem.segments(point), np.split(design.target, design.bounds[1:-1]), strict=True):
             recording = problem.recordings[segment.recording]
-            motion = reconstruct(recording, acting[:n], corrected(recording, acting[:n]), problem.settings)
+            path = reconstruct(recording, (), recording.channels, problem.settings).path
+            true = corrected(recording, acting[:n], lambda path=path: path)  # type: ignore[misc]
+            motion = reconstruct(recording, acting[:n], true, problem.settings)
             predicted = predicted_records(recording, acting[:n], motion)[segment.equation]
             left = recording.band(recording.channels[segment.equation] - predicted)
             np.testing.assert_allclose(target, left, atol=1e-10 * np.abs(recording.channels[segment.equation]).max())

@@ -29,7 +29,7 @@ from aerosid.equation_error.equations.inertial_path import aligned, inertial_pat
 from aerosid.equation_error.equations.recording import Recording
 from aerosid.equation_error.equations.rotary_gust import rotary_gust
 from aerosid.equation_error.equations.running_integral import derivative, running_integral
-from aerosid.equation_error.equations.sensors import as_read, bias, position
+from aerosid.equation_error.equations.sensors import as_read, bias, position, with_unseen_as_measured
 from aerosid.equation_error.equations.sideslip_path import (
     LateralPath,
     beta_at_centre,
@@ -343,7 +343,7 @@ def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], mot
         elif name == "beta":
             values = values + (x * rates.r - z * rates.p) / motion.V
         read = as_read(recording, effects, name, values[:, None])[:, 0]
-        found[name] = read + bias(recording, effects, name)
+        found[name] = with_unseen_as_measured(recording, effects, name, read + bias(recording, effects, name))
     return found
 
 

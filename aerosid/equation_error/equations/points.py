@@ -276,11 +276,11 @@ class Equations:
         """The motion reconstructed from a record's sensors without their errors."""
 
         def compute() -> Motion:
-            return reconstruct(recording, other, corrected(recording, other), self._settings)
+            return reconstruct(recording, other, self._corrected(recording, other), self._settings)
 
         def compute_with_height() -> Motion:
             motion = _cached(self._motions[n], _sensors(other), CACHED_MOTIONS, compute)
-            return with_height(motion, corrected(recording, effects)[HEIGHT])
+            return with_height(motion, self._corrected(recording, effects)[HEIGHT])
 
         # The path relative to the air does not depend on the height sensor.
         is_measured = HEIGHT in recording.channels
@@ -291,6 +291,14 @@ class Equations:
             CACHED_MOTIONS,
             compute if len(other) == len(effects) else compute_with_height,
         )
+
+    def _corrected(self, recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str, Array]:
+        """The channels without their sensors' errors, the moments of which a late one says nothing along the path."""
+
+        def measured() -> Mapping[str, Array]:
+            return reconstruct(recording, (), recording.channels, self._settings).path
+
+        return corrected(recording, effects, lambda: recording.path_as_measured(measured))
 
     def _path(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> list[Segment]:
         """The kinematic equations of a record."""

@@ -128,6 +128,16 @@ class Recording:
         return found
 
     @cached_property
+    def _paths(self) -> list[Mapping[str, Array]]:
+        return []
+
+    def path_as_measured(self, compute: Callable[[], Mapping[str, Array]]) -> Mapping[str, Array]:
+        """The integrated channels by all channels as measured, (N,) each; computed once."""
+        if not self._paths:
+            self._paths.append(compute())
+        return self._paths[0]
+
+    @cached_property
     def _flights(self) -> list[tuple[tuple[str, ...], tuple[ActiveEffect, ...], Flight]]:
         return []
 
