@@ -5,7 +5,7 @@ aircraft the simulated motion is the better regressor (Klein & Morelli, Aircraft
 equation error for the structure, output error for the parameters). Scale factors and time delays that kinematics
 measure keep those values, which no error of the aerodynamic model affects, and so do biases that the simulated motion
 does not determine; sensor positions are estimated better from the forces than from kinematics, which show distances
-alone. Each record has constants of its own.
+alone, and so is the time delay of the lateral accelerometer. Each record has constants of its own.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ from aerosid.effects.kinds import axes_of
 from aerosid.effects.record_constant import record_constant
 from aerosid.effects.sensor_position import sensor_place, sensor_position
 from aerosid.equation_error.decision import EquationErrorDecision
+from aerosid.equation_error.equations.channels import MEASURED_BY
 from aerosid.equation_error.regression.standard_errors import corrected_covariance
+from aerosid.equation_error.selection.joint_errors import DELAY_KINDS, SIDE_FORCE
 from aerosid.estimation.deviations import Deviations, deviations
 from aerosid.estimation.effect_columns import with_columns_of
 from aerosid.estimation.manoeuvre import Manoeuvre
@@ -207,8 +209,13 @@ def _measured(decision: EquationErrorDecision) -> Measured:
     return {
         active: deviation[[design.unknowns.index(("effect", i, k)) for k in range(len(active.values))]]
         for i, active in enumerate(decision.kinematic_estimate.point.effects)
-        if isinstance(active.effect, OutputEffect) and active.values
+        if isinstance(active.effect, OutputEffect) and active.values and not _is_shown_by_forces(active)
     }
+
+
+def _is_shown_by_forces(active: ActiveEffect) -> bool:
+    """Whether an error is a time delay of the lateral accelerometer: a path integrated from it shows little of it."""
+    return active.effect.where == MEASURED_BY[SIDE_FORCE] and active.effect.kind in DELAY_KINDS
 
 
 def _estimated(

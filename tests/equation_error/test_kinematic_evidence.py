@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from equations_decided import identified
+from equations_decided import identified, terms_lie_within
 from problems import with_channels
 from scipy.stats import chi2
 
-from aerosid.aircraft import load_aircraft
+from aerosid.aircraft import Aircraft, load_aircraft
 from aerosid.effects import ActiveEffect
 from aerosid.effects.hypothesis import Hypothesis
 from aerosid.effects.sensor import sensor_bias
@@ -21,6 +21,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.logs.formats import read_log
 from benchmarks import six_axis_flights
 from benchmarks.field_detection import FIRST, written
+from benchmarks.plants import sensed_lagging
 from benchmarks.sideways_detection import GUST, planted
 from benchmarks.sideways_plants import SidePlant, catalogue
 from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
@@ -160,3 +161,61 @@ def test_a_bias_of_the_airspeed_is_at_most_a_part_of_it(airspeed: float, most: f
     hypothesis = with_plausible_limits(Hypothesis("sensor_bias", "V", "", (), (bias,)), 0.3, airspeed)
     (parameter,) = hypothesis.effects[0].effect.parameters
     assert (parameter.lowest, parameter.highest) == (pytest.approx(-most), pytest.approx(most))
+
+
+@pytest.mark.parametrize("kind", ["lag", pytest.param("delay", marks=pytest.mark.slow)])
+def test_a_late_longitudinal_accelerometer_is_no_term_of_the_pitch_rate(kind: str) -> None:
+    """C_X q_hat was named in its place on forty of forty-eight pairs."""
+    body, late = BODIES[2], 0.08
+    wrong = Wrong(**{kind: {"a_x": late}})  # type: ignore[arg-type]
+    logs = [flown(name, body, SEEDS + 110 + n, air=0.5, wrong=wrong) for n, name in enumerate("ab")]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    errors = identified(aircraft, logs[:1], logs[1:])
+    assert not errors.selected.chosen
+    (row,) = decide(errors, aircraft.coefficients).findings
+    assert (row.hypothesis.kind, row.hypothesis.where) == (f"sensor_{kind}", "a_x")
+    assert row.value == pytest.approx(late, abs=3.0 * row.std_error)
+
+
+@pytest.mark.parametrize("value", [-1.5, pytest.param(1.5, marks=pytest.mark.slow)])
+def test_a_term_of_the_pitch_rate_is_no_late_accelerometer(value: float) -> None:
+    """To first order in calm air they are one; gusts turn the force and not the rate."""
+    body, wrong = BODIES[2], Wrong(terms={("C_X", "q_hat"): value})
+    logs = [flown(name, body, SEEDS + 120 + n, air=0.5, wrong=wrong) for n, name in enumerate("ab")]
+    aircraft = aircraft_of(body, 0.08, np.random.default_rng(SEEDS))
+    (row,) = decide(identified(aircraft, logs[:1], logs[1:]), aircraft.coefficients).findings
+    assert row.hypothesis.label == ("aero_term", "C_X", "q_hat")
+
+
+def late_side_force(late: float, seed: int, gust: float) -> tuple[Aircraft, list[FlightLog], SidePlant]:
+    """A jet and two flights, its lateral accelerometer with a lag, s; `gust` over the airspeed, 1."""
+    body = next(each for each in six_axis_flights.BODIES if each.name == "regional jet")
+    at = six_axis_flights.Circumstances(body, 0.04, 30.0, gust=gust * body.airspeed, memory=0.3, off=0.06)
+    plant = SidePlant("", sensors={"a_y": lambda time, force: sensed_lagging(time, force, late)} if late else {})
+    aircraft = six_axis_flights.aircraft_of(at, plant, "lateral", np.random.default_rng(seed))
+    return aircraft, [six_axis_flights.flown(name, at, plant, seed + n) for n, name in enumerate("ab")], plant
+
+
+@pytest.mark.parametrize("late", [0.08, 0.0])
+def test_a_late_lateral_accelerometer_is_told_from_a_derivative_by_the_yaw_rate(late: float) -> None:
+    """It was not named, and C_Y r_hat ten to twenty standard errors off."""
+    aircraft, logs, _ = late_side_force(late, SEEDS + 130, 0.005)
+    errors = identified(aircraft, logs[:1], logs[1:])
+    assert not errors.selected.chosen
+    found = decide(errors, aircraft.coefficients)
+    assert {(row.hypothesis.kind, row.hypothesis.where) for row in found.findings} == (
+        {("sensor_lag", "a_y")} if late else set()
+    )
+    assert all(row.value == pytest.approx(late, abs=3.0 * row.std_error) for row in found.findings)
+    body = next(each for each in six_axis_flights.BODIES if each.name == "regional jet")
+    assert terms_lie_within(found, body.terms, 3.5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_kinematic_evidence_is_as_sharp_as_its_gain_in_likelihood(seed: int) -> None:
+    """Each structure with its own colours: noise of another colour may stand for a slow drift."""
+    aircraft, logs, _ = late_side_force(0.1, SEEDS + 140 + 2 * seed, 0.004)
+    errors = identified(aircraft, logs[:1], logs[1:])
+    sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
+    row = kinematic_evidence(errors.selected, sensors)["sensor_lag", "a_y", ""]
+    assert row.agrees((0.1,), 3.0)

@@ -17,6 +17,9 @@ from aerosid.loop.settings import LoopSettings
 from aerosid.search.calm_air import along_fewer_axes, output_error_in_calm_air, without_eliminated
 from aerosid.search.equation_error_attribution import attribute_by_equations
 from aerosid.search.findings import Part
+from benchmarks import six_axis_flights
+from benchmarks.plants import sensed_lagging
+from benchmarks.sideways_plants import SidePlant
 
 EQUATIONS = LoopSettings(method="equations", next_flight=False, linear_analysis=False, paper_chain=False)
 TURNED = {("C_l", "1"): 0.0008, ("C_n", "1"): 0.0006}
@@ -133,3 +136,21 @@ def test_behind_a_recorder_the_variances_contain_the_regression_s_and_the_values
     assert hidden.deviations_of is not None
     again = hidden.deviations_of(hidden.completed)
     assert again.corrected == pytest.approx(hidden.completed_deviations.corrected, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_late_lateral_accelerometer_is_estimated_with_the_derivatives_that_depend_on_it() -> None:
+    """With the kinematic value held, .127 +- .02 s of .1, C_Y r_hat was eight of its standard errors off."""
+    body, late = next(each for each in six_axis_flights.BODIES if each.name == "regional jet"), 0.1
+    at = six_axis_flights.Circumstances(body, 0.04, 30.0, gust=0.0, memory=0.3, off=0.06, recorder="filtered")
+    plant = SidePlant("", sensors={"a_y": lambda time, force: sensed_lagging(time, force, late)})
+    logs = [six_axis_flights.flown(str(seed), at, plant, seed) for seed in (7550, 7551)]
+    aircraft = six_axis_flights.aircraft_of(at, plant, "lateral", np.random.default_rng(7550))
+    found = close_loop(logs[:1], aircraft, logs[1:], EQUATIONS)
+    (error,) = found.effects
+    assert (error.kind, error.where) == ("sensor_lag", "a_y")
+    assert error.value == pytest.approx(late, abs=3.0 * error.std_error)
+    for row in found.derivatives:
+        if row.coefficient == "C_Y" and row.term != "1":
+            assert row.std_error is not None
+            assert abs(row.value - body.terms["C_Y", row.term]) < 3.5 * row.std_error
