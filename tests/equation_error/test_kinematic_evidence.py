@@ -29,6 +29,8 @@ from benchmarks.turbulent_flights import BODIES, Wrong, aircraft_of, flown
 SEEDS = 7400
 """Of tests; published tables and trials begin elsewhere."""
 
+JET = next(each for each in six_axis_flights.BODIES if each.name == "regional jet")
+
 
 def test_the_gain_is_quadratic_about_the_kinematic_estimate() -> None:
     support = KinematicEvidence((0.2,), np.array([[0.05**2]]), gain=7.0, credit=7.0)
@@ -100,9 +102,8 @@ def test_a_lateral_accelerometer_beside_its_place_is_no_term_of_the_side_force()
 
 def test_a_lateral_accelerometer_ahead_of_its_place_and_below_is_no_term_of_the_side_force() -> None:
     """Along one axis alone it explains too little on a jet in gusts: C_Y was given delta_a, .14 +- .002."""
-    body, seed = next(each for each in six_axis_flights.BODIES if each.name == "regional jet"), SEEDS + 90
-    place = (0.08 * body.span, 0.0, 0.03 * body.span)
-    at = six_axis_flights.Circumstances(body, 0.04, 30.0, gust=0.005 * body.airspeed, memory=0.3, off=0.06)
+    seed, place = SEEDS + 90, (0.08 * JET.span, 0.0, 0.03 * JET.span)
+    at = six_axis_flights.Circumstances(JET, 0.04, 30.0, gust=0.005 * JET.airspeed, memory=0.3, off=0.06)
     plant = SidePlant("", positions={"a_y": place})
     aircraft = six_axis_flights.aircraft_of(at, plant, "lateral", np.random.default_rng(seed))
     fitted, unseen = (six_axis_flights.flown(name, at, plant, seed + n) for n, name in enumerate("ab"))
@@ -187,19 +188,18 @@ def test_a_term_of_the_pitch_rate_is_no_late_accelerometer(value: float) -> None
     assert row.hypothesis.label == ("aero_term", "C_X", "q_hat")
 
 
-def late_side_force(late: float, seed: int, gust: float) -> tuple[Aircraft, list[FlightLog], SidePlant]:
+def late_side_force(late: float, seed: int, gust: float) -> tuple[Aircraft, list[FlightLog]]:
     """A jet and two flights, its lateral accelerometer with a lag, s; `gust` over the airspeed, 1."""
-    body = next(each for each in six_axis_flights.BODIES if each.name == "regional jet")
-    at = six_axis_flights.Circumstances(body, 0.04, 30.0, gust=gust * body.airspeed, memory=0.3, off=0.06)
+    at = six_axis_flights.Circumstances(JET, 0.04, 30.0, gust=gust * JET.airspeed, memory=0.3, off=0.06)
     plant = SidePlant("", sensors={"a_y": lambda time, force: sensed_lagging(time, force, late)} if late else {})
     aircraft = six_axis_flights.aircraft_of(at, plant, "lateral", np.random.default_rng(seed))
-    return aircraft, [six_axis_flights.flown(name, at, plant, seed + n) for n, name in enumerate("ab")], plant
+    return aircraft, [six_axis_flights.flown(name, at, plant, seed + n) for n, name in enumerate("ab")]
 
 
-@pytest.mark.parametrize("late", [0.08, 0.0])
+@pytest.mark.parametrize("late", [0.08, pytest.param(0.0, marks=pytest.mark.slow)])
 def test_a_late_lateral_accelerometer_is_told_from_a_derivative_by_the_yaw_rate(late: float) -> None:
     """It was not named, and C_Y r_hat ten to twenty standard errors off."""
-    aircraft, logs, _ = late_side_force(late, SEEDS + 130, 0.005)
+    aircraft, logs = late_side_force(late, SEEDS + 130, 0.005)
     errors = identified(aircraft, logs[:1], logs[1:])
     assert not errors.selected.chosen
     found = decide(errors, aircraft.coefficients)
@@ -207,14 +207,13 @@ def test_a_late_lateral_accelerometer_is_told_from_a_derivative_by_the_yaw_rate(
         {("sensor_lag", "a_y")} if late else set()
     )
     assert all(row.value == pytest.approx(late, abs=3.0 * row.std_error) for row in found.findings)
-    body = next(each for each in six_axis_flights.BODIES if each.name == "regional jet")
-    assert terms_lie_within(found, body.terms, 3.5)
+    assert terms_lie_within(found, JET.terms, 3.5)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2))])
 def test_kinematic_evidence_is_as_sharp_as_its_gain_in_likelihood(seed: int) -> None:
     """Each structure with its own colours: noise of another colour may stand for a slow drift."""
-    aircraft, logs, _ = late_side_force(0.1, SEEDS + 140 + 2 * seed, 0.004)
+    aircraft, logs = late_side_force(0.1, SEEDS + 140 + 2 * seed, 0.004)
     errors = identified(aircraft, logs[:1], logs[1:])
     sensors = [hypothesis for hypothesis in errors.hypotheses if is_instrument_error(hypothesis)]
     row = kinematic_evidence(errors.selected, sensors)["sensor_lag", "a_y", ""]

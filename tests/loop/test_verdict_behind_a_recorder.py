@@ -50,7 +50,7 @@ FAULTY = {Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED, Verdict.INCONSISTENT_DA
     ("body", "recorded", "verdicts"),
     [
         (0, intact, {Verdict.NOTHING_MISSING}),
-        (3, intact, {Verdict.NOTHING_MISSING}),
+        pytest.param(3, intact, {Verdict.NOTHING_MISSING}, marks=pytest.mark.slow),
         (0, coloured, {Verdict.NOTHING_MISSING}),
         (0, saturated, FAULTY),
         pytest.param(0, lambda log: coloured(saturated(log)), FAULTY, marks=pytest.mark.slow),

@@ -84,7 +84,7 @@ def test_one_missing_effect_is_named_alone_within_four_standard_errors(
     assert np.sqrt(np.mean(np.square(away))) < 1.6
 
 
-@pytest.mark.parametrize("terms", [TERMS, WHOLE], ids=["lateral", "six axes"])
+@pytest.mark.parametrize("terms", [pytest.param(TERMS, marks=pytest.mark.slow), WHOLE], ids=["lateral", "six axes"])
 def test_nothing_is_named_without_a_missing_effect(terms: Mapping[tuple[str, str], float]) -> None:
     assert names(found_in(Lateral(seed=4).log(), aircraft(terms, 1.1))) == set()
 

@@ -67,7 +67,12 @@ LIGHT_TRUTH = {(d.coefficient, str(d.term)): d.value for d in LIGHT.derivatives}
 
 @pytest.mark.parametrize(
     "undeclared",
-    [{("C_Z", "alpha^3"): 38.0}, {("C_m", "alpha*delta_e"): 6.5}, {("C_m", "V_hat"): 0.35}, {("C_X", "delta_e"): 0.06}],
+    [
+        {("C_Z", "alpha^3"): 38.0},
+        {("C_m", "alpha*delta_e"): 6.5},
+        pytest.param({("C_m", "V_hat"): 0.35}, marks=pytest.mark.slow),
+        pytest.param({("C_X", "delta_e"): 0.06}, marks=pytest.mark.slow),
+    ],
     ids=str,
 )
 def test_a_term_is_found_with_wrong_declared_derivatives(undeclared: Truth) -> None:

@@ -293,7 +293,7 @@ class Equations:
         )
 
     def _corrected(self, recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str, Array]:
-        """The channels without their sensors' errors, the moments of which a late one says nothing along the path."""
+        """The channels without their sensors' errors; where a late one has no data it follows the path."""
 
         def measured() -> Mapping[str, Array]:
             return reconstruct(recording, (), recording.channels, self._settings).path

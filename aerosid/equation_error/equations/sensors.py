@@ -127,14 +127,3 @@ def with_unseen_as_measured(
         return predicted
     left, count = (measured - predicted)[~unseen], recording.band.step
     return np.where(unseen, measured - np.mean(left[:count] if delay > 0.0 else left[-count:]), predicted)
-
-
-def with_ends_held(values: Array, before: Array) -> Array:
-    """The values with missing ends held at the ends of the original signal, so that they vary smoothly with a delay."""
-    known = np.flatnonzero(np.isfinite(values))
-    if known.size == values.size:
-        return values
-    filled = values.copy()
-    filled[: known[0]] = before[0]
-    filled[known[-1] + 1 :] = before[-1]
-    return filled
