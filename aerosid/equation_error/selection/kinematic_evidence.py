@@ -99,8 +99,9 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
             return None
         # A term may look like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         credit = 0.0 if hypothesis.kind in DELAY_KINDS else gain
-        ratio = distance**2 / max(covariance[0, 0], 1e-300)
-        covariance = covariance * _absorbed(ratio, found.log_likelihood - base.log_likelihood)
+        if _is_timing_of_force(hypothesis):
+            ratio = distance**2 / max(covariance[0, 0], 1e-300)
+            covariance = covariance * _absorbed(ratio, found.log_likelihood - base.log_likelihood)
         return KinematicEvidence(active.values, covariance, gain, credit, least)
 
     fits = mapped(fitted, list(best.values()))
