@@ -28,7 +28,7 @@ from aerosid.logs.flight_log import FlightLog
 from aerosid.loop.closed_loop import close_loop
 from benchmarks import six_axis_flights as sideways
 from benchmarks import turbulent_flights as pitching
-from benchmarks.late_vanes import BRIEF
+from benchmarks.late_vanes import BRIEF, errors_over_standard_errors
 from benchmarks.plants import late, sensed_lagging, sensed_late
 from benchmarks.sideways_plants import SidePlant
 
@@ -78,11 +78,7 @@ def main() -> None:
             told = ", ".join(f"{row.kind} {row.where} {row.term} {row.value:.3g}" for row in found.values())
             true = ", ".join(f"{' '.join(name)} {value:.3g}" for name, value in pair.planted.items())
             print(f"{n:4} {pair.aircraft.name}: {true or 'nothing'}: {told or 'nothing'}", flush=True)  # noqa: T201
-        errors += [
-            (row.value - pair.truth[row.coefficient, row.term]) / row.std_error
-            for row in result.derivatives
-            if row.term != "1" and row.std_error and (row.coefficient, row.term) in pair.truth
-        ]
+        errors += errors_over_standard_errors(pair.truth, result)
     print(", ".join(f"{name} {count}" for name, count in counts.most_common()))  # noqa: T201
     within = [100.0 * float(np.mean(np.abs(errors) < most)) for most in (2.0, 3.0)]
     print(  # noqa: T201

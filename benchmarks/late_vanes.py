@@ -62,7 +62,7 @@ def main() -> None:
             print(f"{n:4} {body.name}, {air:g} m/s: {true}: {told}", flush=True)  # noqa: T201
         else:
             timings += [(row.value - planted[name]) / (row.std_error or np.inf) for name, row in found.items()]
-        derivatives += _errors(body, result)
+        derivatives += errors_over_standard_errors(body.terms, result)
     print(", ".join(f"{name} {count}" for name, count in counts.most_common()))  # noqa: T201
     within = [100.0 * float(np.mean(np.abs(derivatives) < most)) for most in (2.0, 3.0)]
     print(  # noqa: T201
@@ -98,12 +98,12 @@ def _judged(planted: Mapping[tuple[str, str], float], found: Collection[tuple[st
     return "fewer, none wrong" if names < planted.keys() else "more" if names > planted.keys() else "others"
 
 
-def _errors(body: Body, result: ClosedLoop) -> list[float]:
-    """Those of the declared derivatives, constants aside, over their standard errors."""
+def errors_over_standard_errors(truth: Mapping[tuple[str, str], float], result: ClosedLoop) -> list[float]:
+    """Those of the declared derivatives, constants aside."""
     return [
-        (row.value - body.terms[row.coefficient, row.term]) / row.std_error
+        (row.value - truth[row.coefficient, row.term]) / row.std_error
         for row in result.derivatives
-        if row.term != "1" and (row.coefficient, row.term) in body.terms and row.std_error
+        if row.term != "1" and (row.coefficient, row.term) in truth and row.std_error
     ]
 
 

@@ -14,6 +14,7 @@ from aerosid.compatibility.flight_path import DRIVING, GIVEN, OBSERVED, STATES, 
 from aerosid.compatibility.recording import Recording, first_states
 from aerosid.effects import ActiveEffect, OutputEffect
 from aerosid.equation_error.equations.angular_rates import Rates, lever_accelerations
+from aerosid.equation_error.equations.sensors import with_ends_along
 
 Array = NDArray[np.float64]
 _FREE = len(STATES)
@@ -146,7 +147,8 @@ def true_inputs(recording: Recording, effects: Sequence[ActiveEffect]) -> Array:
         effect = active.effect
         if isinstance(effect, OutputEffect) and effect.where in DRIVING:
             j = GIVEN.index(effect.where)
-            given[:, j] = _with_ends_held(effect.corrected(recording.time, given[:, j], active.numbers), given[:, j])
+            found = effect.corrected(recording.time, given[:, j], active.numbers)
+            given[:, j] = with_ends_along(np.zeros_like(found), found, given[:, j])
     arms = {name: recording.positions.get(name, (0.0, 0.0, 0.0)) for name in ("a_x", "a_z")}
     if any(any(arm) for arm in arms.values()):
         p, q, r = (given[:, GIVEN.index(name)] for name in ("p", "q", "r"))
@@ -155,17 +157,6 @@ def true_inputs(recording: Recording, effects: Sequence[ActiveEffect]) -> Array:
         for name, arm in arms.items():
             given[:, GIVEN.index(name)] -= lever_accelerations(name, arm, rates)
     return given
-
-
-def _with_ends_held(values: Array, before: Array) -> Array:
-    """The values with missing ends held at the ends of the original signal, so that they vary smoothly with a delay."""
-    known = np.flatnonzero(np.isfinite(values))
-    if known.size == values.size:
-        return values
-    filled = values.copy()
-    filled[: known[0]] = before[0]
-    filled[known[-1] + 1 :] = before[-1]
-    return filled
 
 
 def _starting_variance(recording: Recording) -> Array:

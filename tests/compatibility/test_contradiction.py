@@ -64,7 +64,7 @@ def test_what_is_told_as_unexplained_is_that_of_the_log_as_recorded() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("channel", ["a_z", "q", pytest.param("theta", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("channel", ["a_z", "q", "theta"])
 def test_any_channel_with_the_wrong_sign_is_named(log: FlightLog, channel: str) -> None:
     (found,) = judged(with_channels(log, **{channel: -log[channel]}))
     assert found.channels == (channel,)

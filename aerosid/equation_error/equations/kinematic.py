@@ -347,11 +347,16 @@ def predicted_records(recording: Recording, effects: Sequence[ActiveEffect], mot
     return found
 
 
+def path_as_measured(recording: Recording, settings: EquationErrorSettings) -> Mapping[str, Array]:
+    """The integrated channels, (N,) each, reconstructed from all channels as measured; computed once."""
+    return recording.path_as_measured(lambda: reconstruct(recording, (), recording.channels, settings).path)
+
+
 def inconsistent_heading(recording: Recording, settings: EquationErrorSettings) -> tuple[str, ...]:
     """Heading, where inconsistent with the rates: a magnetic one that swings, or another quantity under its name."""
     if "psi" not in recording.channels:
         return ()
-    path = reconstruct(recording, (), recording.channels, settings).path["psi"]
+    path = path_as_measured(recording, settings)["psi"]
     measured, left = (detrended(values) for values in (recording.channels["psi"], recording.channels["psi"] - path))
     return () if left @ left < (1.0 - settings.followed) * (measured @ measured) else ("psi",)
 

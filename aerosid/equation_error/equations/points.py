@@ -28,6 +28,7 @@ from aerosid.equation_error.equations.integrated_noise import integral_modes
 from aerosid.equation_error.equations.kinematic import (
     Motion,
     inconsistent_heading,
+    path_as_measured,
     predicted_records,
     reconstruct,
     with_height,
@@ -294,11 +295,7 @@ class Equations:
 
     def _corrected(self, recording: Recording, effects: Sequence[ActiveEffect]) -> dict[str, Array]:
         """The channels without their sensors' errors; where a late one has no data it follows the path."""
-
-        def measured() -> Mapping[str, Array]:
-            return reconstruct(recording, (), recording.channels, self._settings).path
-
-        return corrected(recording, effects, lambda: recording.path_as_measured(measured))
+        return corrected(recording, effects, lambda: path_as_measured(recording, self._settings))
 
     def _path(self, n: int, recording: Recording, effects: Sequence[ActiveEffect]) -> list[Segment]:
         """The kinematic equations of a record."""

@@ -52,7 +52,7 @@ def corrected(
                 path = paths().get(channel, np.zeros_like(values))
                 path = _read_with(errors[:n], recording, path[:, None])
                 shown = _read_with(errors[n : n + 1], recording, path)
-                found = _with_ends_along(path[:, 0], found, values - shown[:, 0])
+                found = with_ends_along(path[:, 0], found, values - shown[:, 0])
             values = found
         return values
 
@@ -99,10 +99,10 @@ def position(recording: Recording, effects: Sequence[ActiveEffect], channel: str
     return location
 
 
-def _with_ends_along(path: Array, values: Array, left: Array) -> Array:
+def with_ends_along(path: Array, values: Array, left: Array) -> Array:
     """The values with missing ends along a path, (N,); `left`: what was read less the path as it would be read.
 
-    By that at the very ends the values vary smoothly with a delay.
+    By that at the very ends the values vary smoothly with a delay; along a path of zero what was read there is held.
     """
     known = np.flatnonzero(np.isfinite(values))
     filled = values.copy()

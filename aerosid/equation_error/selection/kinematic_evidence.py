@@ -82,7 +82,8 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         if not candidates[n].columns.any():
             return _none_of(candidates[n].hypothesis)
         trial, hypothesis = linearised(base, candidates[n])
-        if affects_all_coefficients(hypothesis) or _is_timing_of_force(hypothesis):
+        is_of_force = _is_timing_of_force(hypothesis)
+        if affects_all_coefficients(hypothesis) or is_of_force:
             hypothesis = _without_limits(hypothesis)
         found = estimate(base.problem, with_hypothesis(base.point, hypothesis), trial.weights, steps=5)
         active, gain = found.point.effects[-1], found.gain_over(base)
@@ -93,15 +94,15 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
         distance = distance if hypothesis.kind in DELAY_KINDS else abs(distance)
         is_significant = _is_lateral_position(hypothesis) or distance > support * float(np.sqrt(covariance[0, 0]))
         is_significant = is_significant and gain > gain_required
-        by_coefficients = _is_timing_of_a_vane(hypothesis) or _is_timing_of_force(hypothesis)
+        by_coefficients = _is_timing_of_a_vane(hypothesis) or is_of_force
         least = LEAST_SHOWN_DELAY if by_coefficients and not is_significant else -np.inf
         if not (within_limits(found, hypothesis) and (is_significant or needs_no_support(hypothesis, axes, has_path))):
             return None
         # A term may look like a delayed vane: a time delay must reach its penalty in the coefficients by itself.
         credit = 0.0 if hypothesis.kind in DELAY_KINDS else gain
-        if _is_timing_of_force(hypothesis):
-            ratio = distance**2 / max(covariance[0, 0], 1e-300)
-            covariance = covariance * _absorbed(ratio, found.log_likelihood - base.log_likelihood)
+        if is_of_force:
+            least_variance = _least_variance(distance, found.log_likelihood - base.log_likelihood)
+            covariance = np.maximum(covariance, least_variance)
         return KinematicEvidence(active.values, covariance, gain, credit, least)
 
     fits = mapped(fitted, list(best.values()))
@@ -109,14 +110,14 @@ def kinematic_evidence(identified: SelectedStructure, sensors: Sequence[Hypothes
     return _fewest_axes(evidence, gain_required) | _unobserved(identified, eligible)
 
 
-def _absorbed(ratio: float, gain: float) -> float:
-    """Factor on the variance of an error that the noise may stand for, each structure with its own colours.
+def _least_variance(delay: float, gain: float) -> float:
+    """Variance, s^2, of a delay that noise may stand for, from its gain in ln L, each structure with its own colours.
 
-    `ratio`: square of the error over its standard error, twice the `gain` in ln L of such structures where noise does
-    not. The slow drift of the height that a late lateral accelerometer causes looks like noise of another colour: a
-    jet's was .167 +- .019 s late, nine standard errors, for a gain of 2, and .1 s in truth.
+    That gain is half the square of the delay over its standard error where noise does not. The slow drift of the height
+    that a late lateral accelerometer causes looks like noise of another colour: a jet's was .167 +- .019 s late, nine
+    standard errors, for a gain of 2, and .1 s in truth.
     """
-    return float(max(ratio / (2.0 * max(gain, 0.0) + 1.0), 1.0))
+    return delay**2 / (2.0 * max(gain, 0.0) + 1.0)
 
 
 def _without_limits(hypothesis: Hypothesis) -> Hypothesis:
